@@ -1,0 +1,37 @@
+# Everything a fresh clone needs: python3, make and a package index.
+#   make run    build the FMUs, couple them, show the stick-slip cycle of the paper's Fig. 2
+#   make test   format, lint, types, and every test
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+
+.PHONY: run test setup fmus lint types unit bench clean
+
+run: fmus
+	$(BIN)/cosim run stick-slip
+
+test: lint types unit
+
+setup: $(VENV)/installed
+
+$(VENV)/installed: requirements.txt pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	touch $@
+
+fmus: setup
+	$(BIN)/python build_fmu.py
+
+lint: setup
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+
+types: setup
+	$(BIN)/basedpyright
+
+unit: fmus
+	$(BIN)/python -m pytest
+
+clean:
+	rm -rf $(VENV) build dist runs

@@ -1,0 +1,106 @@
+"""What one row of an interface table can say: variables, units and models as plain frozen data.
+
+The words are those of the FMI 2.0 standard (section 2.2.7 for variables, 2.2.2 for units).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+Causality = Literal["input", "output", "parameter"]
+Kind = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
+Variability = Literal["fixed", "tunable", "discrete", "continuous"]
+Value = float | int | bool | str
+
+
+@dataclass(frozen=True)
+class DisplayUnit:
+    """A unit for the reader's eye: shown value = factor * SI value."""
+
+    name: str
+    factor: float
+
+
+@dataclass(frozen=True)
+class Unit:
+    """An SI unit by its exponents of kg, m, s and rad, with the display units a tool may offer."""
+
+    name: str
+    kg: int = 0
+    m: int = 0
+    s: int = 0
+    rad: int = 0
+    display: tuple[DisplayUnit, ...] = ()
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable of an FMU; its value reference is its place in the table.
+
+    Attributes
+    ----------
+    dependencies : tuple of str, optional
+        Outputs only: the inputs the output depends on directly at a communication point.
+    initial_dependencies : tuple of str, optional
+        Outputs only: inputs and parameters its value after initialisation depends on.
+    equation : str
+        Where the quantity is defined: an equation of the paper, or the page of this project.
+    items : tuple of str
+        Enumerations only: the names of the values 1, 2, ...
+    """
+
+    name: str
+    causality: Causality
+    description: str
+    kind: Kind = "Real"
+    variability: Variability = "continuous"
+    unit: str | None = None
+    display: str | None = None
+    start: Value | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+    equation: str = ""
+    dependencies: tuple[str, ...] = ()
+    initial_dependencies: tuple[str, ...] = ()
+    items: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Model:
+    """One FMU: its table of variables and what its modelDescription.xml says beside them.
+
+    Attributes
+    ----------
+    step_size : float
+        Communication step size of the default experiment [s].
+    can_interpolate_inputs : bool
+        Input derivatives of order one are used exactly.
+    output_derivative_order : int
+        Highest order fmi2GetRealOutputDerivatives answers.
+    equations, limits : tuple of (str, str)
+        Heading and HTML text of the documentation page.
+    """
+
+    name: str
+    description: str
+    variables: tuple[Variable, ...]
+    stop_time: float = 100.0
+    step_size: float = 0.01
+    can_interpolate_inputs: bool = False
+    output_derivative_order: int = 0
+    log_categories: tuple[tuple[str, str], ...] = ()
+    equations: tuple[tuple[str, str], ...] = ()
+    limits: tuple[str, ...] = field(default=())
+
+    def value_reference(self, name: str) -> int:
+        """Return the value reference of a variable; KeyError if the table has no such name."""
+        for index, variable in enumerate(self.variables):
+            if variable.name == name:
+                return index
+        raise KeyError(f"{self.name} has no variable {name!r}")
+
+    def select(self, causality: Causality) -> tuple[Variable, ...]:
+        """Return the variables of one causality, in table order."""
+        return tuple(v for v in self.variables if v.causality == causality)

@@ -1,0 +1,40 @@
+"""Places on the time axis as a cell number and a fraction of the cell, so that a delay of N cells is exact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SNAP = 1e-11
+"""Nearer than this to a boundary, an input change is taken to be at the boundary [cells]."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The grid of cells.
+
+    Attributes
+    ----------
+    start : float
+        Time of the begin of cell 0 [s].
+    cell : float
+        Duration of a cell [s].
+    """
+
+    start: float
+    cell: float
+
+    def place(self, time: float) -> tuple[int, float]:
+        """Return the cell a time lies in and the fraction of it, in (0, 1]; (0, 0) at the start.
+
+        A boundary belongs to the cell that ends there, so that values at it are left limits.
+        """
+        position = (time - self.start) / self.cell
+        number = int(position)
+        fraction = position - number
+        if fraction == 0.0 and number > 0:
+            return number - 1, 1.0
+        return number, fraction
+
+    def time(self, number: int, fraction: float) -> float:
+        """Return the time of a place [s]."""
+        return self.start + (number + fraction) * self.cell

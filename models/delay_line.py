@@ -1,0 +1,135 @@
+"""A wave under way between the ends of the string: a queue of cubic pieces, one travel time long.
+
+Time is divided into cells, N to a travel time, so that a piece leaves the queue N cells after it entered, at the same
+place in its cell: the delay is exact. A piece lies inside one cell. Where nothing happens it is the whole cell; a
+*break* (a jump of the wave or of its slope at a place on no grid) is simply a boundary between two pieces inside a cell.
+
+Breaks come back every two travel times, weaker by the reflections. One too weak to matter is folded: its two pieces
+become one, with the same first four moments. When many are under way, only the stronger ones are kept.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from models.cubic import Cubic, merge, product_integral
+
+NEGLIGIBLE = 1e-9
+"""Strength below which a break is folded without being counted [rad/s]."""
+
+DOUBLINGS = 40
+"""A queue full of breaks keeps only those stronger than NEGLIGIBLE * 2^DOUBLINGS."""
+
+Piece = tuple[float, float, Cubic]
+"""Begin and end inside the cell, in [0, 1], and the wave between them [rad/s]."""
+
+
+class DelayLine:
+    """First-in first-out queue of pieces with the integral of the squared wave kept up to date.
+
+    Attributes
+    ----------
+    pieces : list of Piece
+        Ring of fixed capacity; `first` is the oldest, `count` are in it.
+    breaks : int
+        Pieces in the queue that begin inside a cell.
+    square, square_rest : float
+        Integral of the squared wave over the queue, in cells [rad^2/s^2], and its compensation.
+    folded : int
+        Breaks folded although they were not negligible.
+    folded_square : float
+        What those folds took from the integral of the square.
+    """
+
+    __slots__ = ("break_limit", "breaks", "count", "first", "folded", "folded_square", "pieces", "square", "square_rest")
+
+    def __init__(self, cells: int, level: float) -> None:
+        """Fill one travel time with a constant wave `level` [rad/s]."""
+        self.break_limit = cells if cells > 64 else 64
+        empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0))
+        self.pieces = [empty] * (cells + 2 + self.break_limit)
+        self.first = 0
+        self.count = cells
+        self.breaks = 0
+        self.square = cells * (level * level)
+        self.square_rest = 0.0
+        self.folded = 0
+        self.folded_square = 0.0
+
+    def push(self, begin: float, end: float, wave: Cubic) -> None:
+        """Append the next piece, or fold it into the last where the break between them is too weak to keep."""
+        if begin > 0.0 and self._fold(begin, end, wave):
+            return
+        index = self.first + self.count
+        if index >= len(self.pieces):
+            index -= len(self.pieces)
+        self.pieces[index] = (begin, end, wave)
+        self.count += 1
+        if begin > 0.0:
+            self.breaks += 1
+        self._add((end - begin) * product_integral(wave, wave, 1.0))
+
+    def pop(self) -> Piece:
+        """Take the oldest piece out."""
+        piece = self.pieces[self.first]
+        self.first += 1
+        if self.first >= len(self.pieces):
+            self.first = 0
+        self.count -= 1
+        begin, end, wave = piece
+        if begin > 0.0:
+            self.breaks -= 1
+        self._add(-((end - begin) * product_integral(wave, wave, 1.0)))
+        return piece
+
+    def _fold(self, begin: float, end: float, wave: Cubic) -> bool:
+        """Fold a piece into the last one if the break between them is weak; say whether it was done."""
+        if self.count == 0:
+            return False
+        last = self.first + self.count - 1
+        if last >= len(self.pieces):
+            last -= len(self.pieces)
+        start, middle, before = self.pieces[last]
+        if middle != begin:
+            return False
+        length = end - start
+        merged, strength = merge(before, wave, (middle - start) / length)
+        if strength > self._threshold():
+            return False
+        square = length * product_integral(merged, merged, 1.0)
+        former = (middle - start) * product_integral(before, before, 1.0)
+        added = (end - middle) * product_integral(wave, wave, 1.0)
+        self.pieces[last] = (start, end, merged)
+        self._add(square - former)
+        if strength > NEGLIGIBLE:
+            self.folded += 1
+        self.folded_square += (former - square) + added
+        return True
+
+    def _threshold(self) -> float:
+        """Return the strength a break must exceed to be kept: the fuller the queue, the greater [rad/s]."""
+        if self.breaks >= self.break_limit:
+            return 1e300
+        limit = NEGLIGIBLE
+        for _ in range((2 * DOUBLINGS * self.breaks) // self.break_limit - DOUBLINGS):
+            limit = limit * 2.0
+        return limit
+
+    def _add(self, amount: float) -> None:
+        """Add to the integral of the square without losing what the sum cannot hold (Neumaier)."""
+        total = self.square + amount
+        if abs(self.square) >= abs(amount):
+            self.square_rest += (self.square - total) + amount
+        else:
+            self.square_rest += (amount - total) + self.square
+        self.square = total
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that changes in time, as plain data."""
+        return {name: getattr(self, name) for name in self.__slots__ if name != "pieces"} | {"pieces": list(self.pieces)}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take a state of :meth:`state` back."""
+        for name in self.__slots__:
+            setattr(self, name, state[name])
+        self.pieces = [(p[0], p[1], (p[2][0], p[2][1], p[2][2], p[2][3])) for p in state["pieces"]]

@@ -1,0 +1,231 @@
+"""The drillstring as a neutral delay system, eqs. (14) and (15), in the form of waves it is computed in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+from models.bit import Bit, BitLaw
+from models.clock import Clock
+from models.cubic import integral, product_integral, restrict, subtract, value
+from models.delay_line import DelayLine, Piece
+from models.parameters import DrillstringParameters
+from models.top import Top
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Uniform rotation [rad/s] and uniform transmitted torque [N m] of the string before the start."""
+
+    speed: float = 0.0
+    torque: float = 0.0
+
+
+class Outputs(NamedTuple):
+    """The outputs of the plant, named and ordered as in the interface of the FMU; SI units."""
+
+    bit_speed: float
+    top_speed: float
+    bit_torque: float
+    top_torque: float
+    bit_angle: float
+    top_angle: float
+    bit_stuck: bool
+    energy: float
+    bit_speed_min: float
+    bit_speed_max: float
+    stuck_time: float
+    slip_count: int
+    last_stop_time: float
+    last_release_time: float
+    work_in: float
+    bit_loss: float
+    cells_used: int
+    breaks_folded: int
+    folded_energy: float
+
+
+class DrillstringNeutral:
+    """The plant with inputs Omega and WOB.
+
+    The waves between the ends are two delay lines; each end is one piece ahead of what has left it, so that the
+    result does not depend on where the communication points lie as long as the inputs are held.
+
+    Parameters
+    ----------
+    parameters : DrillstringParameters
+        The string.
+    initial : InitialState
+        Its motion before the start.
+    cells : int
+        Cells in one travel time, at least 4; 0: chosen so that a cell is at most 0.5 ms.
+    start : float
+        Start time [s].
+    omega, weight : float
+        Omega [rad/s] and WOB [N] at the start, held until :meth:`set_inputs`.
+    """
+
+    def __init__(
+        self,
+        parameters: DrillstringParameters,
+        initial: InitialState | None = None,
+        cells: int = 0,
+        start: float = 0.0,
+        omega: float = 10.0,
+        weight: float = 97347.0,
+    ) -> None:
+        initial = initial if initial is not None else InitialState()
+        self.parameters = parameters
+        self.cells = parameters.cells_for(cells)
+        self.clock = Clock(start, parameters.travel_time / self.cells)
+        self.impedance = parameters.impedance
+        twist = initial.torque / (2.0 * self.impedance)
+        self.up = DelayLine(self.cells, 0.5 * initial.speed - twist)
+        self.down = DelayLine(self.cells, 0.5 * initial.speed + twist)
+        self.top = Top(parameters, self.clock, initial.torque / parameters.stiffness)
+        self.bit = Bit(BitLaw.of(parameters), self.clock, initial.speed)
+        self.inputs = (omega, weight, 0.0, 0.0)
+        self.top.drive(0, 0.0, omega, 0.0)
+        self.bit.press(0, 0.0, weight, 0.0)
+        self.top.open(self.up)
+        self.bit.open(self.down)
+        self.place = (0, 0.0)
+        self.least = self.greatest = initial.speed
+
+    def set_inputs(self, omega: float, weight: float, omega_slope: float = 0.0, weight_slope: float = 0.0) -> None:
+        """Set Omega [rad/s] and WOB [N] from now on, and their derivatives [1/s]."""
+        number, fraction = self.place
+        before = self.inputs
+        self.inputs = (omega, weight, omega_slope, weight_slope)
+        if omega != before[0] or omega_slope != 0.0 or before[2] != 0.0:
+            self.top.drive(number, fraction, omega, omega_slope)
+            self.top.cut(fraction, self.up, self.down)
+        if weight != before[1] or weight_slope != 0.0 or before[3] != 0.0:
+            self.bit.press(number, fraction, weight, weight_slope)
+            self.bit.cut(fraction, self.up, self.down)
+
+    def set_friction(self, parameters: DrillstringParameters) -> None:
+        """Change the tunable friction parameters c_b, mu_cb, mu_sb and gamma_b from now on."""
+        self.parameters = parameters
+        self.bit.law = BitLaw.of(parameters)
+        self.bit.cut(self.place[1], self.up, self.down)
+
+    def advance(self, time: float) -> None:
+        """Go to a time [s], not before the present one."""
+        number, fraction = self.clock.place(time)
+        bit, top = self.bit, self.top
+        x = self._present(bit)
+        self.least, self.greatest = bit.extremes(x, x)
+        while top.cell < number:
+            cell = top.cell
+            while top.cell == cell:
+                top.close(self.down)
+                top.open(self.up)
+            while bit.cell == cell:
+                x = self._close_bit(x)
+        while top.end < fraction:
+            top.close(self.down)
+            top.open(self.up)
+        while bit.end < fraction:
+            x = self._close_bit(x)
+        self.place = (number, fraction)
+        self._widen(x, self._present(bit))
+
+    def _close_bit(self, x: float) -> float:
+        """Finish the piece of the bit, whose range from x on counts, and return where the next begins."""
+        self._widen(x, 1.0)
+        self.bit.close(self.up)
+        self.bit.open(self.down)
+        return 0.0
+
+    def _widen(self, x0: float, x1: float) -> None:
+        """Let the range of bit speeds cover [x0, x1] of the piece."""
+        low, high = self.bit.extremes(x0, x1)
+        if low < self.least:
+            self.least = low
+        if high > self.greatest:
+            self.greatest = high
+
+    def _present(self, end: Top | Bit) -> float:
+        """Return where in the piece of an end the present lies."""
+        number, fraction = self.place
+        if end.cell != number or fraction <= end.begin:
+            return 0.0
+        return (fraction - end.begin) / (end.end - end.begin)
+
+    def outputs(self) -> Outputs:
+        """Return the outputs at the present time: left limits after :meth:`advance`, right limits after a new input."""
+        bit, top, cell = self.bit, self.top, self.clock.cell
+        x = self._present(bit)
+        y = self._present(top)
+        bit_piece = (bit.end - bit.begin) * cell
+        top_piece = (top.end - top.begin) * cell
+        return Outputs(
+            bit_speed=value(bit.turning, x),
+            top_speed=value(top.speed(), y),
+            bit_torque=bit.torque(x),
+            top_torque=top.torque(y),
+            bit_angle=bit.angle + bit_piece * integral(bit.turning, x),
+            top_angle=top.angle + top_piece * integral(top.speed(), y),
+            bit_stuck=bit.direction == 0,
+            energy=self._energy(x, y),
+            bit_speed_min=self.least,
+            bit_speed_max=self.greatest,
+            stuck_time=bit.stuck + x * bit_piece if bit.direction == 0 else bit.stuck,
+            slip_count=bit.slips,
+            last_stop_time=bit.last_stop,
+            last_release_time=bit.last_release,
+            work_in=top.work + top_piece * top.power_integral(y),
+            bit_loss=bit.loss + bit_piece * bit.power_integral(x),
+            cells_used=self.cells,
+            breaks_folded=self.up.folded + self.down.folded,
+            folded_energy=self.impedance * cell * (self.up.folded_square + self.down.folded_square),
+        )
+
+    def _energy(self, x: float, y: float) -> float:
+        """Return the energy stored in the string and the bit, (I L / 2) E of eq. (7) [J]."""
+        bit, top = self.bit, self.top
+        up = self.up.square + self.up.square_rest
+        up += _square_after(top.incoming, top.begin + y * (top.end - top.begin))
+        wave = subtract(bit.turning, bit.arriving)
+        up += (bit.end - bit.begin) * product_integral(wave, wave, x)
+        down = self.down.square + self.down.square_rest
+        down += _square_after(bit.incoming, bit.begin + x * (bit.end - bit.begin))
+        down += (top.end - top.begin) * product_integral(top.leaving, top.leaving, y)
+        speed = value(bit.turning, x)
+        return self.impedance * self.clock.cell * (up + down) + 0.5 * self.parameters.I_B * (speed * speed)
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that changes in time, as plain data that survives JSON to the last bit."""
+        return {
+            "up": self.up.state(),
+            "down": self.down.state(),
+            "top": self.top.state(),
+            "bit": self.bit.state(),
+            "inputs": list(self.inputs),
+            "place": list(self.place),
+            "range": [self.least, self.greatest],
+            "friction": [self.parameters.c_b, self.parameters.mu_cb, self.parameters.mu_sb, self.parameters.gamma_b],
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take a state of :meth:`state` back; the plant must have the same parameters and cells."""
+        self.up.restore(state["up"])
+        self.down.restore(state["down"])
+        self.top.restore(state["top"])
+        self.bit.restore(state["bit"])
+        omega, weight, omega_slope, weight_slope = state["inputs"]
+        self.inputs = (omega, weight, omega_slope, weight_slope)
+        number, fraction = state["place"]
+        self.place = (number, fraction)
+        self.least, self.greatest = state["range"]
+        c_b, mu_cb, mu_sb, gamma_b = state["friction"]
+        self.parameters = replace(self.parameters, c_b=c_b, mu_cb=mu_cb, mu_sb=mu_sb, gamma_b=gamma_b)
+        self.bit.law = BitLaw.of(self.parameters)
+
+
+def _square_after(piece: Piece, fraction: float) -> float:
+    """Return the integral of the squared wave of a piece from a fraction of the cell to its end, in cells."""
+    begin, end, wave = piece
+    rest = restrict(wave, (fraction - begin) / (end - begin), 1.0)
+    return (end - fraction) * product_integral(rest, rest, 1.0)

@@ -1,0 +1,133 @@
+"""The top end: the up-going wave arrives, the drive turns, the down-going wave leaves.
+
+    D(t)    = -Upsilon U_b(t - Gamma) + (c_a / Lambda) Omega(t)
+    ydot(t) = U_b(t - Gamma) + D(t)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from models.clock import SNAP, Clock
+from models.cubic import ZERO, Cubic, integral, product_integral, restrict, value
+from models.delay_line import DelayLine
+from models.parameters import DrillstringParameters
+
+
+class Top:
+    """The top boundary condition, always one piece ahead: the piece that holds the present.
+
+    Attributes
+    ----------
+    cell, begin, end : int, float, float
+        The piece: its cell and its fractions of the cell.
+    arriving, leaving : Cubic
+        U_b(t - Gamma) and D(t) on the piece [rad/s].
+    incoming : Piece
+        The piece of the up-going wave that `arriving` is a part of.
+    angle, work : float
+        Angle of the top [rad] and work of the drive on the string [J] up to `begin`.
+    """
+
+    __slots__ = (
+        "angle", "arriving", "begin", "cell", "clock", "end", "incoming", "leaving", "omega", "omega_cell",
+        "omega_fraction", "omega_slope", "reflection", "sliding", "transmission", "work",
+    )  # fmt: skip
+
+    def __init__(self, parameters: DrillstringParameters, clock: Clock, angle: float) -> None:
+        self.reflection = parameters.reflection
+        self.transmission = parameters.transmission
+        self.sliding = parameters.c_a
+        self.clock = clock
+        self.cell = 0
+        self.begin = 0.0
+        self.end = 0.0
+        self.arriving = self.leaving = ZERO
+        self.incoming = (0.0, 0.0, ZERO)
+        self.angle = angle
+        self.work = 0.0
+        self.omega = self.omega_slope = self.omega_fraction = 0.0
+        self.omega_cell = 0
+
+    def drive(self, number: int, fraction: float, omega: float, slope: float) -> None:
+        """Let Omega be `omega` [rad/s] at a place and change by `slope` [rad/s^2] from there."""
+        self.omega = omega
+        self.omega_slope = slope
+        self.omega_cell = number
+        self.omega_fraction = fraction
+
+    def open(self, up: DelayLine) -> None:
+        """Take up the next piece: from `begin` to the end of the wave that arrives."""
+        if self.begin >= self.incoming[1]:
+            self.incoming = up.pop()
+            self.begin = self.incoming[0]
+        self.end = self.incoming[1]
+        first, last, wave = self.incoming
+        self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
+        omega, rise = self._omega()
+        self.leaving = (
+            self.transmission * omega - self.reflection * self.arriving[0],
+            self.transmission * rise - self.reflection * self.arriving[1],
+            -self.reflection * self.arriving[2],
+            -self.reflection * self.arriving[3],
+        )
+
+    def close(self, down: DelayLine) -> None:
+        """Send the piece down the string and go to its end."""
+        duration = (self.end - self.begin) * self.clock.cell
+        self.angle += duration * integral(self.speed(), 1.0)
+        self.work += duration * self.power_integral(1.0)
+        down.push(self.begin, self.end, self.leaving)
+        self.begin = self.end
+        if self.end >= 1.0:
+            self.cell += 1
+            self.begin = 0.0
+            self.incoming = (0.0, 0.0, ZERO)
+
+    def cut(self, fraction: float, up: DelayLine, down: DelayLine) -> None:
+        """Begin a new piece at a fraction inside this one, because Omega changes there."""
+        if fraction - self.begin > SNAP:
+            if self.end - fraction > SNAP:
+                x = (fraction - self.begin) / (self.end - self.begin)
+                self.arriving = restrict(self.arriving, 0.0, x)
+                self.leaving = restrict(self.leaving, 0.0, x)
+                self.end = fraction
+            self.close(down)
+        self.open(up)
+
+    def speed(self) -> Cubic:
+        """Return ydot on the piece [rad/s]."""
+        a, b = self.arriving, self.leaving
+        return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3])
+
+    def torque(self, x: float) -> float:
+        """Return the torque of the drive on the string, c_a (Omega - ydot), at x of the piece [N m]."""
+        omega, rise = self._omega()
+        return self.sliding * ((omega + x * rise) - value(self.speed(), x))
+
+    def power_integral(self, x: float) -> float:
+        """Return the integral of top_torque times top_speed from 0 to x of the piece, per unit of x [W]."""
+        speed = self.speed()
+        omega, rise = self._omega()
+        slip = (omega - speed[0], rise - speed[1], -speed[2], -speed[3])
+        return self.sliding * product_integral(slip, speed, x)
+
+    def _omega(self) -> tuple[float, float]:
+        """Return Omega at the begin of the piece and its rise over the piece [rad/s]."""
+        if self.omega_slope == 0.0:
+            return self.omega, 0.0
+        slope = self.omega_slope * self.clock.cell
+        elapsed = (self.cell - self.omega_cell) + (self.begin - self.omega_fraction)
+        return self.omega + elapsed * slope, (self.end - self.begin) * slope
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that changes in time, as plain data."""
+        return {name: getattr(self, name) for name in self.__slots__ if name not in _CONSTANT}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take a state of :meth:`state` back."""
+        for name, content in state.items():
+            setattr(self, name, content)
+
+
+_CONSTANT = frozenset({"clock", "reflection", "sliding", "transmission"})

@@ -1,0 +1,1 @@
+"""What goes into the FMUs, and what builds them from it."""

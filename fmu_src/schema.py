@@ -6,6 +6,7 @@ The words are those of the FMI 2.0 standard (section 2.2.7 for variables, 2.2.2 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 from typing import Literal
 
 Causality = Literal["input", "output", "parameter"]
@@ -65,6 +66,16 @@ class Variable:
     dependencies: tuple[str, ...] = ()
     initial_dependencies: tuple[str, ...] = ()
     items: tuple[str, ...] = ()
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the greatest value allowed; infinite where there is no limit."""
+        if self.kind == "Boolean":
+            return 0.0, 1.0
+        if self.kind == "Enumeration":
+            return 1.0, float(len(self.items))
+        low, high = self.minimum, self.maximum
+        return (-inf if low is None else float(low)), (inf if high is None else float(high))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""The slaves of the python packaging: pythonfmu over the readable models."""

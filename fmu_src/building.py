@@ -1,0 +1,73 @@
+"""One FMU from start to end: its files, its identity, its place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fmu_src import native_build, packing, project
+from fmu_src.description import Packaging, model_description
+from fmu_src.header import table_header, table_source
+from fmu_src.native_build import Target
+from fmu_src.page import documentation_page
+from fmu_src.python_build import python_files
+from fmu_src.schema import Model
+
+
+def build(model: Model, packaging: Packaging, targets: Sequence[Target], output: Path) -> Path:
+    """Build one FMU and put it in its place below a folder, once it is known to be good.
+
+    Parameters
+    ----------
+    model : Model
+        The interface table.
+    packaging : Packaging
+        Native or python.
+    targets : sequence of Target
+        The platforms a native FMU is compiled for; pythonfmu's libraries are what they are.
+    output : Path
+        The FMU goes to <output>/<packaging>/<model name>.fmu.
+
+    Returns
+    -------
+    Path
+        Of the FMU.
+
+    Raises
+    ------
+    BuildError
+        Nothing has been put in place.
+    """
+    documents = {
+        "documentation/index.html": documentation_page(model, packaging),
+        "documentation/licenses/license.txt": project.license_text().encode("utf-8"),
+    }
+    if packaging is Packaging.NATIVE:
+        files = _native(model, targets, documents)
+        runs_here = native_build.host_target() in targets
+    else:
+        files = _python(model, documents)
+        runs_here = True
+    path = output / packaging.value / f"{model.name}.fmu"
+    packing.place(files, path, runs_here=runs_here)
+    return path
+
+
+def _native(model: Model, targets: Sequence[Target], documents: dict[str, bytes]) -> dict[str, bytes]:
+    # The identity is that of the sources and of how they are compiled: the libraries follow from them, and hold it.
+    sources = native_build.native_sources(model) | {"ds_table.c": table_source(model).encode()}
+    identity = documents | sources | {"recipe": native_build.recipe(targets).encode()}
+    guid = packing.guid(identity | {"description": model_description(model, Packaging.NATIVE, "")})
+    sources["ds_table.h"] = table_header(model, guid).encode()
+    libraries = {
+        f"binaries/{target.folder}/{model.name}{target.extension}": native_build.compile_library(model, sources, target)
+        for target in targets
+    }
+    return documents | libraries | {"modelDescription.xml": model_description(model, Packaging.NATIVE, guid)}
+
+
+def _python(model: Model, documents: dict[str, bytes]) -> dict[str, bytes]:
+    files = documents | python_files(model)
+    files["documentation/licenses/pythonfmu.txt"] = project.license_text("pythonfmu").encode("utf-8")
+    guid = packing.guid(files | {"description": model_description(model, Packaging.PYTHON, "")})
+    return files | {"modelDescription.xml": model_description(model, Packaging.PYTHON, guid)}

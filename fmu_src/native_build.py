@@ -1,0 +1,164 @@
+"""The shared libraries of a native FMU: C99 compiled by ziglang for every platform an importer may run on."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+import fmpy  # pyright: ignore[reportMissingTypeStubs]
+
+from fmu_src import project
+from fmu_src.errors import BuildError
+from fmu_src.schema import Model
+
+NATIVE = project.SOURCES / "native"
+FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
+
+# No contraction to fused multiply-add and no -ffast-math: every platform must give the same bits.
+FLAGS = (
+    *("-shared", "-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fPIC", "-g0", "-s"),
+    *("-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffunction-sections", "-fdata-sections"),
+)
+
+
+@dataclass(frozen=True)
+class Target:
+    """A platform: where FMI looks for its library, and how zig makes it.
+
+    Attributes
+    ----------
+    folder : str
+        Folder below binaries/ in the FMU. FMI 2.0 names none for Arm; these are the ones in use.
+    triples : tuple of str
+        Target triples of zig; more than one are joined into a universal library.
+    extension : str
+        Of the library's file name, with its dot.
+    flags : tuple of str
+        Beside `FLAGS`; "{model}" stands for the name of the model.
+    """
+
+    folder: str
+    triples: tuple[str, ...]
+    extension: str
+    flags: tuple[str, ...]
+
+
+_ELF = ("-Wl,--gc-sections",)
+# Without an install name the path of the build folder would go into the library.
+_MACH = ("-Wl,-dead_strip", "-install_name", "@rpath/{model}.dylib")
+
+TARGETS: tuple[Target, ...] = (
+    Target("linux64", ("x86_64-linux-gnu.2.17",), ".so", _ELF),
+    Target("aarch64-linux", ("aarch64-linux-gnu.2.17",), ".so", _ELF),
+    Target("win64", ("x86_64-windows-gnu",), ".dll", _ELF),
+    Target("darwin64", ("x86_64-macos.11.0", "aarch64-macos.11.0"), ".dylib", _MACH),
+    Target("aarch64-darwin", ("aarch64-macos.11.0",), ".dylib", _MACH),
+)
+
+_HOSTS = {
+    ("Linux", "x86_64"): "linux64",
+    ("Linux", "aarch64"): "aarch64-linux",
+    ("Windows", "AMD64"): "win64",
+    ("Darwin", "x86_64"): "darwin64",
+    ("Darwin", "arm64"): "darwin64",
+}
+
+
+def host_target() -> Target:
+    """Return the target of the machine this runs on; BuildError if there is none."""
+    machine = platform.system(), platform.machine()
+    if machine not in _HOSTS:
+        known = ", ".join(sorted({" ".join(host) for host in _HOSTS}))
+        raise BuildError(f"no native FMU can be built on {' '.join(machine)}; expected one of {known}")
+    return next(target for target in TARGETS if target.folder == _HOSTS[machine])
+
+
+def recipe(targets: Sequence[Target]) -> str:
+    """Return all that decides what becomes of the sources, as a text."""
+    return f"zig {metadata.version('ziglang')}\n{FLAGS}\n{tuple(targets)}\n"
+
+
+def native_sources(model: Model) -> dict[str, bytes]:
+    """Return the hand-written C files of a model by name: the core, the FMI adapter, and the model's own file."""
+    own = f"model_{model.name}.c"
+    paths = [path for pattern in ("ds_*.c", "fmi2*.c", "*.h", own) for path in sorted(NATIVE.glob(pattern))]
+    sources = {path.name: path.read_bytes() for path in paths}
+    for name in ("fmi2.c", own):
+        if name not in sources:
+            raise BuildError(f"{model.name}: {NATIVE / name} is missing; a native FMU cannot be built without it")
+    return sources
+
+
+def compile_library(model: Model, sources: dict[str, bytes], target: Target) -> bytes:
+    """Return the shared library of a model for one target, the same bytes wherever it is built.
+
+    Parameters
+    ----------
+    model : Model
+        Gives the library its name.
+    sources : dict of str to bytes
+        All C files and headers by name, the generated table among them; the FMI headers are added.
+
+    Raises
+    ------
+    BuildError
+        With the compiler's messages.
+    """
+    with tempfile.TemporaryDirectory(prefix="drillstring-") as folder:
+        stage = Path(folder)
+        for header in sorted(FMI_HEADERS.glob("fmi2*.h")):
+            shutil.copy(header, stage)
+        for name, content in sources.items():
+            (stage / name).write_bytes(content)
+        parts = [_compile(model, stage, target, triple) for triple in target.triples]
+    return parts[0] if len(parts) == 1 else _universal(parts)
+
+
+def _compile(model: Model, stage: Path, target: Target, triple: str) -> bytes:
+    # Every path is relative to the stage, so that neither zig's cache nor the library depends on where it lies.
+    library = f"{model.name}{target.extension}"
+    flags = [flag.format(model=model.name) for flag in (*FLAGS, *target.flags)]
+    files = sorted(path.name for path in stage.glob("*.c"))
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", triple, *flags, "-I.", *files, "-o", library, "-lm"]
+    run = subprocess.run(
+        command, cwd=stage, env=_environment(), capture_output=True, text=True, errors="replace", check=False
+    )
+    if run.returncode != 0 or not (stage / library).is_file():
+        messages = (run.stderr or run.stdout).strip() or f"zig ended with exit code {run.returncode} and no message"
+        raise BuildError(f"{model.name}: the C code does not compile for {triple}:\n{messages}")
+    return (stage / library).read_bytes()
+
+
+def _environment() -> dict[str, str]:
+    environment = dict(os.environ)
+    if (project.ROOT / "pyproject.toml").is_file():  # an installed package leaves the caches where zig puts them
+        cache = project.ROOT / "build" / "zig"
+        environment.setdefault("ZIG_LOCAL_CACHE_DIR", str(cache / "local"))
+        environment.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache / "global"))
+    return environment
+
+
+def _universal(parts: list[bytes]) -> bytes:
+    """Join Mach-O libraries of several processors into one (big-endian fat header, slices aligned to 2**14)."""
+    align = 14
+    offset = 1 << align
+    header = struct.pack(">II", 0xCAFEBABE, len(parts))
+    slices: list[tuple[int, bytes]] = []
+    for part in parts:
+        processor, subtype = struct.unpack_from("<II", part, 4)
+        header += struct.pack(">IIIII", processor, subtype, offset, len(part), align)
+        slices.append((offset, part))
+        offset += -(-len(part) >> align) << align
+    out = bytearray(header)
+    for start, part in slices:
+        out += bytes(start - len(out)) + part
+    return bytes(out)

@@ -1,0 +1,38 @@
+"""A co-simulation master for FMI 2.0 FMUs, with scenarios of drillstring stick-slip to run on it.
+
+>>> from cosim import load_scenario, simulate
+>>> result = simulate(load_scenario("stick-slip"))
+>>> bit_speed = result["plant.bit_speed"]  # rad/s, at result.time
+"""
+
+from cosim.errors import CosimError, InputError, RunError, SlaveError
+from cosim.master import co_simulate
+from cosim.result import Result
+from cosim.scenario import Scenario, Variant
+from cosim.scenario_file import load_scenario, scenario_names
+from cosim.signals import Constant, Signal, Step, Table, ramp, read_table
+from cosim.simulation import simulate
+from cosim.system import Component, Connection, System
+
+__all__ = [
+    "Component",
+    "Connection",
+    "Constant",
+    "CosimError",
+    "InputError",
+    "Result",
+    "RunError",
+    "Scenario",
+    "Signal",
+    "SlaveError",
+    "Step",
+    "System",
+    "Table",
+    "Variant",
+    "co_simulate",
+    "load_scenario",
+    "ramp",
+    "read_table",
+    "scenario_names",
+    "simulate",
+]

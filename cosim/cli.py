@@ -1,0 +1,167 @@
+"""The command `cosim`."""
+
+from __future__ import annotations
+
+import logging
+import tomllib
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.logging import RichHandler
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from cosim.errors import CosimError, InputError
+from cosim.interrupt import interruptible
+from cosim.job import Job, Outcome, run_job
+from cosim.scenario_file import load_scenario, scenario_names
+from cosim.signals import Value
+from cosim.store import FIGURE, MANIFEST, TRAJECTORY
+
+_WIDTH_OF_FILES = 120
+_INTERRUPTED = 130
+
+app = typer.Typer(
+    help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+
+
+@app.command("list")
+def list_scenarios() -> None:
+    """List the scenarios that come with the package."""
+    table = Table("scenario", "what it shows", "variants", box=None, pad_edge=False, header_style="bold")
+    with _sentences():
+        for name in scenario_names():
+            scenario = load_scenario(name)
+            table.add_row(name, scenario.title, ", ".join(variant.name for variant in scenario.variants))
+        _console().print(table)
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help="A name from `cosim list`, or a .toml file.", metavar="SCENARIO")],
+    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
+    algorithm: Annotated[str | None, typer.Option(help="Master algorithm: jacobi or gauss-seidel.")] = None,
+    step_size: Annotated[float | None, typer.Option(help="Communication step size in s.")] = None,
+    stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
+    ] = None,
+    variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
+    output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/<scenario>.")] = None,
+) -> None:
+    """Run a scenario: show its measures, and write trajectory, manifest and figure."""
+    with _sentences():
+        loaded = load_scenario(scenario)
+        overrides = dict(_override(text) for text in set_ or ())
+        job = Job(loaded, packaging, algorithm, step_size, stop_time, overrides, tuple(dict.fromkeys(variant or ())))
+        folder = output or Path("runs", loaded.name)
+        outcomes = _run_with_bar(job, folder)
+        console = _console()
+        console.print(Text(loaded.title or loaded.name, style="bold"))
+        console.print(_summary(outcomes))
+        _print_remarks(console, outcomes)
+        _print_paths(console, folder, job.labels)
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+def _console() -> Console:
+    """Return a console on the present standard output; a file is wide enough for every table."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=_WIDTH_OF_FILES)
+
+
+@contextmanager
+def _sentences() -> Generator[None]:
+    """Show what goes wrong as one sentence on standard error, and exit accordingly."""
+    errors = Console(stderr=True, highlight=False, soft_wrap=True)
+    handler = RichHandler(console=errors, show_time=False, show_path=False, markup=False)
+    logger = logging.getLogger("cosim")
+    logger.addHandler(handler)
+    try:
+        yield
+    except CosimError as error:
+        errors.print(Text.assemble(("error: ", "bold red"), str(error)))
+        raise typer.Exit(error.exit_code) from None
+    except KeyboardInterrupt:
+        errors.print("interrupted; nothing was written")
+        raise typer.Exit(_INTERRUPTED) from None
+    finally:
+        logger.removeHandler(handler)
+
+
+def _run_with_bar(job: Job, folder: Path) -> dict[str, Outcome]:
+    """Run with a progress bar for each variant, if anybody watches."""
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
+    with (
+        interruptible() as check,
+        Progress(
+            *columns, TimeRemainingColumn(), console=console, transient=True, disable=not console.is_terminal
+        ) as bar,
+    ):
+        tasks = {label: bar.add_task(label, total=1.0) for label in job.labels}
+
+        def progress(label: str, part: float) -> None:
+            check()
+            bar.update(tasks[label], completed=part)
+
+        return run_job(job, folder, progress)
+
+
+def _override(text: str) -> tuple[str, Value]:
+    """Read ``component.variable=value``; what is no number or Boolean is a string."""
+    name, equals, value = text.partition("=")
+    if not equals or not value:
+        raise InputError(f"--set {text}: expected the form component.variable=value")
+    try:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        parsed = value.strip()
+    return name.strip(), parsed if isinstance(parsed, bool | int | float) else value.strip().strip("\"'")
+
+
+def _summary(outcomes: dict[str, Outcome]) -> Table:
+    """Tabulate the measures."""
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2))
+    table.add_column("run", no_wrap=True)
+    for heading in ("period [s]", "peak [rad/s]", "stuck fraction", "mean speed [rad/s]", "SSI"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for label, outcome in outcomes.items():
+        found = outcome.measures
+        if found is None:
+            table.add_row(label, *("-" * 5))
+            continue
+        period = "-" if found.period is None else f"{found.period:.7f}"
+        numbers = (f"{found.peak:.4f}", f"{found.stuck_fraction:.6f}", f"{found.mean_speed:.6f}", f"{found.ssi:.4f}")
+        table.add_row(label, period, *numbers)
+    return table
+
+
+def _print_remarks(console: Console, outcomes: dict[str, Outcome]) -> None:
+    """Say over which window each was measured, and how long the runs took."""
+    for label, outcome in outcomes.items():
+        record = outcome.result.record
+        window = f"measured over {outcome.measures.window}" if outcome.measures else "nothing to measure"
+        steps, seconds = record["steps"], record["timings"]["step"]
+        took = f"{steps} steps of {record['step_size']:g} s ({record['algorithm']}) in {seconds:.3g} s"
+        console.print(Text(f"{label}: {window}; {took}", style="dim"))
+
+
+def _print_paths(console: Console, folder: Path, labels: Sequence[str]) -> None:
+    """Say what was written where."""
+    trajectories = [folder / TRAJECTORY] if len(labels) == 1 else [folder / label / TRAJECTORY for label in labels]
+    for path in (*trajectories, folder / MANIFEST, folder / FIGURE):
+        console.print(Text(f"wrote {path}"), soft_wrap=True)

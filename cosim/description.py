@@ -1,0 +1,172 @@
+"""What an FMU says about itself: the part of modelDescription.xml that the master needs.
+
+The master knows an FMU by this alone. `read_description` is the only place where fmpy's object model is read.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Literal, cast
+
+import fmpy.model_description as fmpy_md  # pyright: ignore[reportMissingTypeStubs]
+
+from cosim.errors import FmuFileError
+
+VariableType = Literal["Real", "Integer", "Boolean", "Enumeration", "String"]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit by name and, where the FMU says so, by its powers of the SI base units.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``"rad/s"``.
+    powers : tuple of int, optional
+        Exponents of kg, m, s, A, K, mol, cd, rad.
+    factor, offset : float
+        Value in base units = factor times value + offset.
+    """
+
+    name: str
+    powers: tuple[int, ...] | None = None
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable; `minimum`, `maximum` and `start` as in the file, converted to numbers."""
+
+    name: str
+    reference: int
+    type: VariableType
+    causality: str
+    variability: str = "continuous"
+    initial: str | None = None
+    unit: Unit | None = None
+    start: str | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    items: Mapping[str, int] = field(default_factory=dict[str, int], hash=False)
+
+    @property
+    def settable(self) -> bool:
+        """Whether a start value may be given before initialisation."""
+        if self.variability == "constant" or self.causality in ("independent", "calculatedParameter"):
+            return False
+        return self.causality in ("parameter", "input") or self.initial in ("exact", "approx")
+
+
+@dataclass(frozen=True)
+class Description:
+    """The variables and capabilities of one FMI 2.0 co-simulation FMU."""
+
+    model_name: str
+    model_identifier: str
+    guid: str
+    variables: tuple[Variable, ...]
+    can_vary_step: bool = True
+    can_interpolate_inputs: bool = False
+    once_per_process: bool = False
+    log_categories: tuple[str, ...] = ()
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Variable]:
+        """The variables by name."""
+        return {variable.name: variable for variable in self.variables}
+
+    def with_causality(self, causality: str) -> tuple[Variable, ...]:
+        """Return the inputs, outputs or parameters, in the order of the file."""
+        return tuple(variable for variable in self.variables if variable.causality == causality)
+
+
+def read_description(path: Path) -> Description:
+    """Read the model description of an FMU without unpacking it.
+
+    Raises
+    ------
+    FmuFileError
+        If the file is missing, is not a zip archive, has no valid modelDescription.xml, or is not an FMU for
+        co-simulation by FMI 2.0.
+    """
+    _refuse_other_versions(path)
+    try:
+        read = fmpy_md.read_model_description(str(path))  # pyright: ignore[reportUnknownMemberType]
+    except fmpy_md.ValidationError as error:
+        problems = "; ".join(str(problem) for problem in cast(list[object], error.problems))
+        raise FmuFileError(f"{path}: modelDescription.xml is not valid: {problems}") from error
+    except Exception as error:  # fmpy raises bare Exception for whatever its own checks find
+        raise FmuFileError(f"{path}: modelDescription.xml cannot be used: {error}") from error
+    slave = read.coSimulation
+    if slave is None:
+        raise FmuFileError(f"{path} is an FMU for model exchange only; expected one for co-simulation")
+    units = {str(unit.name): _unit(unit) for unit in read.unitDefinitions}
+    return Description(
+        model_name=str(read.modelName),
+        model_identifier=str(slave.modelIdentifier),
+        guid=str(read.guid),
+        variables=tuple(_variable(variable, units) for variable in read.modelVariables),
+        can_vary_step=slave.canHandleVariableCommunicationStepSize,
+        can_interpolate_inputs=slave.canInterpolateInputs,
+        once_per_process=slave.canBeInstantiatedOnlyOncePerProcess,
+        log_categories=tuple(str(category.name) for category in read.logCategories),
+    )
+
+
+def _refuse_other_versions(path: Path) -> None:
+    """Refuse what is not an archive that holds a description by FMI 2.0, before fmpy looks at it."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            text = archive.read("modelDescription.xml")
+    except FileNotFoundError:
+        raise FmuFileError(f"{path}: there is no such file") from None
+    except KeyError:
+        raise FmuFileError(f"{path} is not an FMU: there is no modelDescription.xml in it") from None
+    except zipfile.BadZipFile:
+        raise FmuFileError(f"{path} is not an FMU: it is not a zip archive") from None
+    except OSError as error:
+        raise FmuFileError(f"{path}: cannot be read: {error.strerror}") from error
+    try:
+        version = ElementTree.fromstring(text).get("fmiVersion")
+    except ElementTree.ParseError as error:
+        raise FmuFileError(f"{path}: modelDescription.xml is not XML: {error}") from None
+    if version != "2.0":
+        raise FmuFileError(f"{path}: FMI version is {version or 'not given'}; expected 2.0")
+
+
+def _unit(unit: fmpy_md.Unit) -> Unit:
+    """Convert a unit."""
+    base = unit.baseUnit
+    if base is None:
+        return Unit(str(unit.name))
+    powers = (base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad)
+    return Unit(str(unit.name), powers, base.factor, base.offset)
+
+
+def _variable(variable: fmpy_md.ModelVariable, units: Mapping[str, Unit]) -> Variable:
+    """Convert a variable; what it leaves out, its declared type may give."""
+    declared = variable.declaredType
+    unit = variable.unit or (declared.unit if declared else None)
+    minimum = variable.min or (declared.min if declared else None)
+    maximum = variable.max or (declared.max if declared else None)
+    items = {str(item.name): int(str(item.value)) for item in declared.items} if declared else {}
+    return Variable(
+        name=str(variable.name),
+        reference=int(variable.valueReference),
+        type=cast(VariableType, variable.type),
+        causality=str(variable.causality),
+        variability=str(variable.variability),
+        initial=variable.initial,
+        unit=units.get(unit, Unit(unit)) if unit else None,
+        start=variable.start,
+        minimum=float(minimum) if minimum is not None else None,
+        maximum=float(maximum) if maximum is not None else None,
+        items=items,
+    )

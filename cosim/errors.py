@@ -1,0 +1,83 @@
+"""What can go wrong, as exceptions whose text is one sentence for the user.
+
+`InputError` and its kin mean that what was asked for cannot be done (exit code 2 on the command line); `RunError` and
+its kin mean that something sensible was asked for and failed on the way (exit code 1).
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class CosimError(Exception):
+    """Base of every error this package raises on purpose."""
+
+    exit_code = 1
+
+
+class InputError(CosimError):
+    """What was asked for is wrong: a name, a value, a file."""
+
+    exit_code = 2
+
+
+class SystemDefinitionError(InputError):
+    """Components, connections, inputs or parameters that do not fit together."""
+
+
+class ScenarioError(InputError):
+    """A scenario that does not exist, cannot be read, or says something unknown."""
+
+
+class FmuFileError(InputError):
+    """A file that is missing or is not an FMI 2.0 co-simulation FMU for this platform."""
+
+
+class OutputError(InputError):
+    """A folder that results cannot be written to."""
+
+
+class RunError(CosimError):
+    """A run that was started and could not be finished."""
+
+
+class SlaveError(RunError):
+    """A call into an FMU that did not succeed.
+
+    Attributes
+    ----------
+    component : str
+        Name of the component.
+    time : float
+        Its communication point, s.
+    function : str
+        The FMI function, such as ``fmi2DoStep``.
+    status : str
+        What it returned, such as ``fmi2Discard``.
+    """
+
+    def __init__(self, component: str, time: float, function: str, status: str, message: str) -> None:
+        self.component = component
+        self.time = time
+        self.function = function
+        self.status = status
+        sentence = f"{component} at t = {format_time(time)} s: {function} returned {status}"
+        super().__init__(f"{sentence}: {message}" if message else sentence)
+
+
+def format_time(time: float) -> str:
+    """Write a time in seconds with at least two decimals and no rounding noise."""
+    short = f"{time:.2f}"
+    return short if abs(float(short) - time) <= 1e-9 * max(1.0, abs(time)) else f"{time:.9g}"
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """End a sentence about an unknown name with the nearest known one, or with all when they are few."""
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    if near:
+        return f"; did you mean '{near[0]}'?"
+    if 0 < len(names) <= 12:
+        return f"; known: {', '.join(names)}"
+    return ""

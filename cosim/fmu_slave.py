@@ -1,0 +1,264 @@
+"""An FMI 2.0 co-simulation FMU as a slave.
+
+Before and after stepping, calls go through fmpy. The three that every step needs do not: they are the bare functions of
+the library, on addresses within the recording, because fmpy's wrappers build new arrays for each call, which costs more
+than many an FMU takes for a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
+from ctypes import c_double, c_int, c_size_t, c_void_p
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from fmpy.fmi1 import FMICallException  # pyright: ignore[reportMissingTypeStubs]
+from numpy.typing import NDArray
+
+from cosim.description import Description, Variable
+from cosim.errors import RunError, SlaveError
+from cosim.fmu_library import loaded_fmu
+from cosim.fmu_log import Journal
+from cosim.record import BASE_TYPES, Block, Section, base_type
+from cosim.signals import Value
+
+_STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
+_WARNING, _DISCARD, _FATAL = 1, 2, 4
+_TERMINATED = 3  # fmi2StatusKind fmi2Terminated
+
+
+@dataclass(frozen=True)
+class _Exchange:
+    """One getter or setter on a column range of a section; a row's values begin at `base` + row * `stride`."""
+
+    function: Callable[[c_void_p, c_void_p, c_size_t, int], int]
+    name: str
+    references: c_void_p
+    count: c_size_t
+    base: int
+    stride: int
+
+
+class FmuSlave:
+    """A loaded FMU; made by `open_fmu`, which takes care of its end.
+
+    Parameters
+    ----------
+    name : str
+        Name of the instance, in every message.
+    description : Description
+        Of the FMU.
+    fmu : fmpy.fmi2.FMU2Slave
+        Loaded, not instantiated.
+    rolls_back : bool
+        Whether the master may restore an earlier state; an FMU that knows it will not can forget the past sooner.
+
+    Raises
+    ------
+    RunError
+        If the FMU cannot be instantiated.
+    """
+
+    def __init__(self, name: str, description: Description, fmu: Any, *, rolls_back: bool = False) -> None:
+        self.name = name
+        self._description = description
+        self._fmu = fmu
+        self._journal = Journal(name)
+        self._no_rollback = c_int(not rolls_back)
+        self._time = 0.0
+        self._worst = 0
+        self._started = False
+        self._keep: list[object] = []
+        self._reads: tuple[_Exchange, ...] = ()
+        self._writes: tuple[_Exchange, ...] = ()
+        self._slopes: tuple[Any, ...] | None = None
+        self._instantiate()
+        self._instance = c_void_p(fmu.component)
+        self._do_step = self._bind("fmi2DoStep", (c_void_p, c_double, c_double, c_int))
+
+    @property
+    def description(self) -> Description:
+        """Variables and capabilities."""
+        return self._description
+
+    def setup(self, block: Block, start_values: Mapping[Variable, Value], start_time: float, stop_time: float) -> None:
+        """Set start values and bind the getters and setters to the recording; times in s."""
+        self._time = start_time
+        for variable, value in start_values.items():
+            if isinstance(value, str):
+                self._call(self._fmu.setString, [variable.reference], [value])
+            else:
+                self._call(getattr(self._fmu, f"set{base_type(variable)}"), [variable.reference], [value])
+        self._call(self._fmu.setupExperiment, None, start_time, stop_time)
+        self._reads = tuple(
+            self._exchange("Get", kind, block.outputs[kind], len(block.outputs[kind].variables))
+            for kind in BASE_TYPES
+            if block.outputs[kind].variables
+        )
+        self._writes = tuple(
+            self._exchange("Set", kind, block.inputs[kind], block.inputs[kind].driven)
+            for kind in BASE_TYPES
+            if block.inputs[kind].driven
+        )
+        self._slopes = self._bind_slopes(block)
+
+    def enter_initialization(self) -> None:
+        """Enter initialization mode."""
+        self._call(self._fmu.enterInitializationMode)
+
+    def exit_initialization(self) -> None:
+        """Exit initialization mode."""
+        self._call(self._fmu.exitInitializationMode)
+        self._started = True
+
+    def write(self, row: int) -> None:
+        """Set the driven inputs from a row of the block, and from row 1 on their derivatives."""
+        for call in self._writes:
+            status = call.function(self._instance, call.references, call.count, call.base + row * call.stride)
+            if status:
+                self._judge(call.name, status)
+        if self._slopes is not None and row:
+            function, references, count, orders, base, stride = self._slopes
+            status = function(self._instance, references, count, orders, base + row * stride)
+            if status:
+                self._judge("fmi2SetRealInputDerivatives", status)
+
+    def step(self, time: float, size: float) -> None:
+        """Do one step from the communication point `time` [s] of the communication step size `size` [s]."""
+        self._time = time
+        status = self._do_step(self._instance, time, size, self._no_rollback)
+        if status:
+            self._judge("fmi2DoStep", status)
+        self._time = time + size
+
+    def read(self, row: int) -> None:
+        """Get the outputs straight into a row of the block."""
+        for call in self._reads:
+            status = call.function(self._instance, call.references, call.count, call.base + row * call.stride)
+            if status:
+                self._judge(call.name, status)
+
+    def terminate(self) -> None:
+        """Terminate the run."""
+        self._started = False
+        self._call(self._fmu.terminate)
+
+    def close(self) -> None:
+        """Free the instance; after fmi2Fatal nothing may be called, after fmi2Error no terminate."""
+        try:
+            if self._started and self._worst <= _DISCARD:
+                self.terminate()
+        except SlaveError as error:
+            self._journal.logger.warning("%s", error)
+        finally:
+            if self._worst != _FATAL:
+                self._fmu.fmi2FreeInstance(self._fmu.component)
+            self._journal.close()
+
+    def _instantiate(self) -> None:
+        """Instantiate, and ask for no more messages than somebody reads."""
+        try:
+            self._fmu.instantiate(callbacks=self._journal.callbacks, loggingOn=self._journal.verbose)
+        except Exception as error:  # fmpy raises bare Exception when it gets no instance
+            reason = self._journal.failure()
+            self._journal.close()
+            raise RunError(f"{self.name}: fmi2Instantiate failed" + (f": {reason}" if reason else "")) from error
+        quiet = self._journal.quiet_categories(self._description.log_categories)
+        if quiet and not self._journal.verbose:
+            try:
+                self._fmu.setDebugLogging(True, quiet)
+            except FMICallException as error:
+                self._journal.logger.info("%s: log categories cannot be chosen: %s", self.name, error)
+
+    def _bind(self, name: str, argument_types: tuple[Any, ...]) -> Callable[..., int]:
+        """Return a bare function of the library; indexing makes a new object, so fmpy's keeps its own types."""
+        function = self._fmu.dll[name]
+        function.argtypes = argument_types
+        function.restype = c_int
+        return cast(Callable[..., int], function)
+
+    def _exchange(self, verb: str, kind: str, section: Section, count: int) -> _Exchange:
+        """Bind a getter or setter to the first `count` columns of a section."""
+        name = f"fmi2{verb}{kind}"
+        values = section.values
+        return _Exchange(
+            self._bind(name, (c_void_p, c_void_p, c_size_t, c_void_p)),
+            name,
+            self._address(section.references),
+            c_size_t(count),
+            cast(int, self._address(values).value),
+            values.strides[0],
+        )
+
+    def _bind_slopes(self, block: Block) -> tuple[Any, ...] | None:
+        """Bind fmi2SetRealInputDerivatives, if any input comes with a slope."""
+        slopes = block.slopes
+        if slopes is None:
+            return None
+        function = self._bind("fmi2SetRealInputDerivatives", (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p))
+        references, orders = self._address(slopes.references), self._address(slopes.orders)
+        base, stride = self._address(slopes.values).value, slopes.values.strides[0]
+        return function, references, c_size_t(slopes.references.size), orders, base, stride
+
+    def _address(self, array: NDArray[np.generic]) -> c_void_p:
+        """Return where an array's data begin, and keep the array alive."""
+        self._keep.append(array)
+        return c_void_p(array.ctypes.data)
+
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> None:
+        """Call an FMI function through fmpy."""
+        try:
+            function(*arguments)
+        except FMICallException as error:
+            self._judge(error.function, error.status)
+
+    def _judge(self, function: str, status: int) -> None:
+        """Let a warning pass, and turn any other status into the exception that tells why."""
+        if status == _WARNING:
+            return
+        self._worst = max(self._worst, status)
+        name = _STATUS[status] if 0 <= status < len(_STATUS) else f"the illegal status {status}"
+        reason = self._journal.failure()
+        if function == "fmi2DoStep" and status == _DISCARD and self._asks_to_end():
+            reason = f"{reason}; the FMU asks to end the simulation".removeprefix("; ")
+        raise SlaveError(self.name, self._time, function, name, reason)
+
+    def _asks_to_end(self) -> bool:
+        """Whether a discarded step means that the FMU wants no more of them."""
+        try:
+            return bool(self._fmu.getBooleanStatus(_TERMINATED))
+        except FMICallException:
+            return False
+
+
+@contextmanager
+def open_fmu(name: str, path: Path, description: Description, *, rolls_back: bool = False) -> Generator[FmuSlave]:
+    """Unpack, load and instantiate an FMU, and free, unload and remove it afterwards, whatever happens.
+
+    Parameters
+    ----------
+    name : str
+        Name for the instance.
+    path : Path
+        The .fmu file.
+    description : Description
+        What `cosim.description.read_description` read from it.
+    rolls_back : bool
+        Whether the master may restore an earlier state of it.
+
+    Raises
+    ------
+    FmuFileError
+        If there is no binary for this platform or it cannot be loaded.
+    RunError
+        If the FMU cannot be instantiated.
+    """
+    with loaded_fmu(name, path, description) as fmu:
+        slave = FmuSlave(name, description, fmu, rolls_back=rolls_back)
+        try:
+            yield slave
+        finally:
+            slave.close()

@@ -1,0 +1,55 @@
+"""Where FMUs are: a file beside the scenario, or a promised name among the built ones."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from cosim.errors import FmuFileError, InputError, suggestion
+
+PACKAGINGS = ("native", "python")
+ENVIRONMENT_VARIABLE = "COSIM_FMU_PATH"
+
+
+def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> Path:
+    """Find the file of an FMU.
+
+    Parameters
+    ----------
+    fmu : str or Path
+        A path that ends in ``.fmu``, or a name such as ``"DrillstringNeutral"``. A name is looked up in the folders of
+        the environment variable COSIM_FMU_PATH, then in ``dist`` in the working directory, then in ``dist`` beside this
+        package; in each, in the subfolder of the packaging first.
+    packaging : str
+        ``"native"`` or ``"python"``; matters for names only.
+    beside : Path, optional
+        Folder that a relative path starts from; by default the working directory.
+
+    Raises
+    ------
+    FmuFileError
+        If there is no such file.
+    InputError
+        If there is no such packaging.
+    """
+    if packaging not in PACKAGINGS:
+        raise InputError(f"there is no packaging '{packaging}'{suggestion(packaging, PACKAGINGS)}")
+    if Path(fmu).suffix == ".fmu":
+        path = (beside or Path()) / fmu
+        if not path.is_file():
+            raise FmuFileError(f"{path}: there is no such file")
+        return path.resolve()
+    folders = _folders(packaging)
+    for folder in folders:
+        if (path := folder / f"{fmu}.fmu").is_file():
+            return path.resolve()
+    where = ", ".join(str(folder) for folder in folders)
+    raise FmuFileError(f"{fmu}.fmu is not in {where}; `python build_fmu.py` makes the FMUs of this project")
+
+
+def _folders(packaging: str) -> list[Path]:
+    """Return the folders to search, without repetition."""
+    given = [Path(part) for part in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if part]
+    folders = [folder for part in given for folder in (part / packaging, part)]
+    folders += [Path("dist", packaging), Path(__file__).resolve().parent.parent / "dist" / packaging]
+    return list({folder.resolve(): folder for folder in folders}.values())

@@ -1,0 +1,149 @@
+"""The master: couples slaves over communication points and records what they put out.
+
+Time is the start time plus a whole number of steps, never a sum of steps. In step mode a component's inputs are set,
+then it steps, then its outputs are read. FMI 2.0 allows no reading between setting and stepping, so a value passes
+through one component a step, and how old it is there is the algorithm's choice.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from cosim.algorithms import find_algorithm
+from cosim.checks import check_system
+from cosim.errors import format_time
+from cosim.grid import Grid, communication_points
+from cosim.initialisation import initialise
+from cosim.result import Result, collect
+from cosim.slave import Slave
+from cosim.system import System
+from cosim.wiring import Node, record_slopes, wire
+
+log = logging.getLogger("cosim")
+
+Progress = Callable[[float], None]
+"""Told now and then which part of the run is done, from 0 to 1."""
+
+_REPORTS = 200
+
+
+def co_simulate(
+    system: System,
+    slaves: Mapping[str, Slave],
+    *,
+    stop_time: float,
+    step_size: float,
+    start_time: float = 0.0,
+    algorithm: str = "jacobi",
+    progress: Progress | None = None,
+) -> Result:
+    """Run a system of slaves from start to stop.
+
+    Parameters
+    ----------
+    system : System
+        What is coupled with what.
+    slaves : mapping of str to Slave
+        One for each component, by name; instantiated, not initialised.
+    stop_time, step_size, start_time : float
+        In s.
+    algorithm : str
+        ``"jacobi"`` or ``"gauss-seidel"``; the latter steps the components in the order of the system.
+    progress : callable, optional
+        Called now and then with the part of the run that is done.
+
+    Returns
+    -------
+    Result
+        Values after initialisation and at the end of each step.
+
+    Raises
+    ------
+    InputError
+        If the system does not fit the slaves, or the times make no sense.
+    SlaveError
+        If a component refuses a value or a step.
+    """
+    lag = find_algorithm(algorithm)
+    start_values = check_system(system, {name: slave.description for name, slave in slaves.items()})
+    grid = _grid(system, slaves, start_time, stop_time, step_size)
+    nodes = wire(system, slaves, start_values, grid, lag)
+    began = time.perf_counter()
+    last_time = max(stop_time, float(grid.times[-1]))
+    for node in nodes:
+        node.slave.setup(node.block, start_values[node.name], start_time, last_time)
+    settling = initialise(nodes)
+    initialised = time.perf_counter()
+    _advance(nodes, grid, progress)
+    stepped = time.perf_counter()
+    for node in nodes:
+        node.slave.terminate()
+    record_slopes(nodes, system, grid)
+    record = {
+        "algorithm": algorithm,
+        "start_time": start_time,
+        "stop_time": float(grid.times[-1]),
+        "step_size": step_size,
+        "steps": grid.sizes.size,
+        "initialisation": {"settled": settling.settled, "rounds": settling.rounds},
+        "timings": {"initialise": initialised - began, "step": stepped - initialised},
+    }
+    result = collect(nodes, grid.times, record)
+    _warn_of_non_finite(result)
+    return result
+
+
+def step_once(nodes: tuple[Node, ...], row: int, time: float, size: float) -> None:
+    """Take every component from `time` [s] to the communication point that is recorded in `row`."""
+    for node in nodes:
+        node.gather(row)
+        node.slave.write(row)
+        node.slave.step(time, size)
+        node.slave.read(row)
+
+
+def _advance(nodes: tuple[Node, ...], grid: Grid, progress: Progress | None) -> None:
+    """Take all steps."""
+    steps = list(zip(grid.times.tolist(), grid.sizes.tolist(), strict=False))
+    chunk = max(1, len(steps) // _REPORTS)
+    for first in range(0, len(steps), chunk):
+        for row, (now, size) in enumerate(steps[first : first + chunk], first + 1):
+            step_once(nodes, row, now, size)
+        if progress is not None:
+            progress(min(1.0, (first + chunk) / len(steps)))
+
+
+def _grid(system: System, slaves: Mapping[str, Slave], start_time: float, stop_time: float, step_size: float) -> Grid:
+    """Lay out the communication points, and say which breakpoints cannot be met."""
+    fixed = [name for name, slave in slaves.items() if not slave.description.can_vary_step]
+    breakpoints = {name: signal.breakpoints for name, signal in system.inputs.items()}
+    everything = [point for points in breakpoints.values() for point in points]
+    grid = communication_points(start_time, stop_time, step_size, everything, not fixed)
+    for missed in grid.missed:
+        names = ", ".join(name for name, points in breakpoints.items() if missed in points)
+        takes_effect = float(grid.times[np.searchsorted(grid.times, missed)])
+        log.warning(
+            "%s changes at t = %s s, which %s, of fixed step, cannot meet; the change takes effect at t = %s s",
+            names,
+            format_time(missed),
+            fixed[0],
+            format_time(takes_effect),
+        )
+    return grid
+
+
+def _warn_of_non_finite(result: Result) -> None:
+    """Name the first output that ceases to be a finite number, if one does."""
+    bad: list[tuple[float, str, Any]] = []
+    for name, values in result.columns.items():
+        if values.dtype == np.float64 and not np.isfinite(values).all():
+            row = int(np.argmin(np.isfinite(values)))
+            bad.append((float(result.time[row]), name, values[row]))
+    if bad:
+        when, name, value = min(bad)
+        log.warning("%s is %s from t = %s s on", name, value, format_time(when))

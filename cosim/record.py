@@ -1,0 +1,132 @@
+"""Where a run is recorded: memory laid out once, so that FMUs write their outputs straight into it.
+
+Each component has a block; a block has a section for each base type of its inputs and of its outputs; a section is an
+array with one row for each communication point. Row k holds what is true at the end of the step that leads to it: the
+outputs then, and the inputs in force then. Row 0 holds the values after initialisation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.description import Description, Variable
+from cosim.errors import RunError
+from cosim.signals import FloatArray, Value
+
+BaseType = Literal["Real", "Integer", "Boolean"]
+BASE_TYPES: tuple[BaseType, ...] = ("Real", "Integer", "Boolean")
+_DTYPES = {"Real": np.dtype(np.float64), "Integer": np.dtype(np.int32), "Boolean": np.dtype(np.int32)}
+
+
+@dataclass(frozen=True)
+class Section:
+    """The variables of one base type and their values.
+
+    Attributes
+    ----------
+    variables : tuple of Variable
+        One for each column.
+    references : ndarray of uint32, shape (columns,)
+        Their value references.
+    values : ndarray, shape (rows, columns)
+        float64 or int32, as the FMI setters and getters take them; contiguous.
+    driven : int
+        How many columns, the first ones, are set before each step. Outputs have none.
+    """
+
+    variables: tuple[Variable, ...]
+    references: NDArray[np.uint32]
+    values: NDArray[np.generic]
+    driven: int
+
+    def column(self, name: str) -> int:
+        """Return the index of a variable's column."""
+        return next(index for index, variable in enumerate(self.variables) if variable.name == name)
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """First derivatives of inputs, passed before each step; `values` is [unit/s], of shape (rows, inputs)."""
+
+    references: NDArray[np.uint32]
+    orders: NDArray[np.int32]
+    values: FloatArray
+
+
+@dataclass(frozen=True)
+class Block:
+    """One component's share of the recording."""
+
+    inputs: Mapping[BaseType, Section]
+    outputs: Mapping[BaseType, Section]
+    slopes: Slopes | None = None
+
+
+def base_type(variable: Variable) -> BaseType:
+    """Return the type by which FMI sets and gets a variable that is not a String."""
+    if variable.type == "Real":
+        return "Real"
+    return "Boolean" if variable.type == "Boolean" else "Integer"
+
+
+def allocate_block(
+    description: Description, driven: Sequence[str], start_values: Mapping[Variable, Value], rows: int
+) -> Block:
+    """Lay out the recording of one component; inputs that nothing drives get their start value in every row.
+
+    Parameters
+    ----------
+    description : Description
+        Of the component's FMU.
+    driven : sequence of str
+        Names of the inputs that connections or signals drive.
+    start_values : mapping of Variable to value
+        What is set before initialisation.
+    rows : int
+        Number of communication points.
+
+    Raises
+    ------
+    RunError
+        If there is not enough memory.
+    """
+    inputs = [variable for variable in description.with_causality("input") if variable.type != "String"]
+    outputs = [variable for variable in description.with_causality("output") if variable.type != "String"]
+    inputs.sort(key=lambda variable: variable.name not in driven)
+    try:
+        block = Block(
+            {kind: _allocate(inputs, kind, driven, rows) for kind in BASE_TYPES},
+            {kind: _allocate(outputs, kind, (), rows) for kind in BASE_TYPES},
+        )
+    except (MemoryError, ValueError) as error:
+        raise RunError(f"not enough memory to record {rows} communication points: {error}") from error
+    for section in block.inputs.values():
+        for index, variable in enumerate(section.variables[section.driven :], section.driven):
+            section.values[:, index] = _start(variable, start_values)
+    return block
+
+
+def _allocate(variables: Sequence[Variable], kind: BaseType, driven: Sequence[str], rows: int) -> Section:
+    """Lay out one section."""
+    chosen = tuple(variable for variable in variables if base_type(variable) == kind)
+    return Section(
+        variables=chosen,
+        references=np.array([variable.reference for variable in chosen], dtype=np.uint32),
+        values=np.zeros((rows, len(chosen)), dtype=_DTYPES[kind]),
+        driven=sum(variable.name in driven for variable in chosen),
+    )
+
+
+def _start(variable: Variable, start_values: Mapping[Variable, Value]) -> float | int:
+    """Return the value an undriven input has throughout."""
+    given = start_values.get(variable)
+    if given is not None and not isinstance(given, str):
+        return given
+    if variable.type == "Boolean":
+        return variable.start in ("true", "1")
+    return float(variable.start or 0.0)

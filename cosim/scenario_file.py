@@ -1,0 +1,119 @@
+"""Scenarios as TOML files; every key that is not known is refused."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any, cast
+
+from cosim.errors import InputError, ScenarioError, suggestion
+from cosim.scenario import Scenario, Variant
+from cosim.signal_file import read_signal
+from cosim.signals import Value
+from cosim.system import Component, Connection, System
+from cosim.toml_table import TomlTable
+
+SCENARIOS = Path(__file__).resolve().parent / "scenarios"
+
+_KEYS = (
+    "title", "description", "start_time", "stop_time", "step_size", "algorithm", "components", "connections", "inputs",
+    "variants", "figure",
+)  # fmt: skip
+
+
+def scenario_names() -> tuple[str, ...]:
+    """Return the names of the scenarios that come with the package."""
+    return tuple(sorted(path.stem for path in SCENARIOS.glob("*.toml")))
+
+
+def load_scenario(name_or_path: str | Path) -> Scenario:
+    """Load a scenario that comes with the package, or one from a TOML file.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A name such as ``"stick-slip"``, or the path of a file that ends in ``.toml``.
+
+    Raises
+    ------
+    ScenarioError
+        If it does not exist, is not TOML, or holds a key or value that is not understood.
+    SystemDefinitionError
+        If its components and connections contradict each other.
+    """
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        path = SCENARIOS / f"{name_or_path}.toml"
+        if str(name_or_path) not in scenario_names():
+            hint = suggestion(str(name_or_path), scenario_names())
+            raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}; a file's name must end in .toml")
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ScenarioError(f"{path}: there is no such file") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ScenarioError(f"{path}: cannot be read: {error}") from error
+    try:
+        return _scenario(content, path)
+    except InputError as error:
+        raise type(error)(f"{path.name}: {error}") from error
+
+
+def _scenario(content: dict[str, Any], path: Path) -> Scenario:
+    """Build a scenario from the whole file."""
+    table = TomlTable(content, "", _KEYS)
+    folder = path.resolve().parent
+    parts = table.table("components")
+    system = System(
+        components=tuple(_component(name, value, parts.path(name), folder) for name, value in parts.items()),
+        connections=tuple(_connection(value) for value in table.array("connections")),
+        inputs={
+            name: read_signal(value, f"inputs.{name}", folder) for name, value in table.variables("inputs").items()
+        },
+    )
+    return Scenario(
+        name=path.stem,
+        system=system,
+        stop_time=table.number("stop_time"),
+        step_size=table.number("step_size"),
+        start_time=table.number("start_time", 0.0),
+        algorithm=table.text("algorithm", "jacobi"),
+        title=table.text("title", ""),
+        description=table.text("description", "").strip(),
+        variants=tuple(_variant(value, folder) for value in table.array("variants")),
+        signals=tuple(map(str, table.table("figure", ("signals",)).array("signals"))),
+        folder=folder,
+    )
+
+
+def _component(name: str, content: object, where: str, folder: Path) -> Component:
+    """Build a component from ``[components.<name>]``."""
+    table = TomlTable(content, where, ("fmu", "parameters"))
+    given = table.table("parameters")
+    parameters = {key: _value(value, given.path(key), folder) for key, value in given.items()}
+    return Component(name, table.text("fmu"), parameters)
+
+
+def _connection(content: object) -> Connection:
+    """Build a connection from ``{ from = ..., to = ... }``."""
+    table = TomlTable(content, "connections", ("from", "to"))
+    return Connection(table.text("from"), table.text("to"))
+
+
+def _variant(content: object, folder: Path) -> Variant:
+    """Build a variant from ``[[variants]]``."""
+    table = TomlTable(content, "variants", ("name", "set"))
+    values = table.variables("set")
+    return Variant(table.text("name"), {key: _value(value, values.path(key), folder) for key, value in values.items()})
+
+
+def _value(content: object, where: str, folder: Path) -> Value:
+    """Take a plain value, or the path of a file written ``{ file = "..." }``, relative to the scenario."""
+    if isinstance(content, bool | int | float | str):
+        return content
+    if not isinstance(content, dict):
+        raise ScenarioError(f"{where} is {content!r}; expected a number, true, false, a string or {{ file = ... }}")
+    path = folder / TomlTable(cast(object, content), where, ("file",)).text("file")
+    if not path.is_file():
+        raise ScenarioError(f"{where}: {path}: there is no such file")
+    return str(path)

@@ -1,0 +1,228 @@
+"""Signals that drive the inputs of a system over time: constants, steps, ramps, tables.
+
+A signal is a function of time that is smooth between its breakpoints. At a jump it has two values; `values` gives the
+one after it and `left_values` the one before. The master evaluates signals at communication points only, and makes
+breakpoints communication points where the FMUs allow it.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.errors import ScenarioError
+
+Value = float | int | bool | str
+FloatArray = NDArray[np.float64]
+
+
+class Signal(Protocol):
+    """A value over time [s]."""
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Times of jumps and kinks, s, increasing."""
+        ...
+
+    def values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Values at `times`, after a jump where there is one; same shape."""
+        ...
+
+    def left_values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Values at `times`, before a jump where there is one; same shape."""
+        ...
+
+    def slopes(self, times: FloatArray) -> FloatArray:
+        """Give the derivatives [1/s] just after `times`; same shape."""
+        ...
+
+
+@dataclass(frozen=True)
+class Constant:
+    """One value for ever; of any type but String."""
+
+    value: float | int | bool
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """No time at all."""
+        return ()
+
+    def values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Return the value, once for each time."""
+        return np.full(times.shape, self.value)
+
+    def left_values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Return the value, once for each time."""
+        return self.values(times)
+
+    def slopes(self, times: FloatArray) -> FloatArray:
+        """Return zeros."""
+        return np.zeros(times.shape)
+
+
+@dataclass(frozen=True)
+class Step:
+    """`before` until the time `at` [s], `after` from then on; of any type but String."""
+
+    before: float | int | bool
+    after: float | int | bool
+    at: float
+
+    def __post_init__(self) -> None:
+        _require_finite("step", at=self.at)
+        if isinstance(self.before, bool) is not isinstance(self.after, bool):
+            raise ScenarioError(f"step: before is {self.before!r} and after is {self.after!r}; expected the same type")
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """The time of the jump."""
+        return (self.at,)
+
+    def values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Return `after` from the jump on."""
+        return np.where(times >= self.at, self.after, self.before)
+
+    def left_values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Return `after` past the jump."""
+        return np.where(times > self.at, self.after, self.before)
+
+    def slopes(self, times: FloatArray) -> FloatArray:
+        """Return zeros."""
+        return np.zeros(times.shape)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Straight lines through points; a time given twice is a jump; held before the first and after the last.
+
+    Parameters
+    ----------
+    times : tuple of float
+        Times of the points, s, not decreasing, none more than twice.
+    points : tuple of float
+        Values there, as many.
+    """
+
+    times: tuple[float, ...]
+    points: tuple[float, ...]
+    _times: FloatArray = field(init=False, repr=False, compare=False)
+    _points: FloatArray = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        times, points = np.array(self.times, dtype=float), np.array(self.points, dtype=float)
+        if times.shape != points.shape or times.size == 0:
+            raise ScenarioError(f"table: {points.size} values at {times.size} times; expected as many and at least one")
+        if not (np.isfinite(times).all() and np.isfinite(points).all()):
+            raise ScenarioError("table: a time or value is not finite")
+        if (np.diff(times) < 0).any() or (times[2:] == times[:-2]).any():
+            raise ScenarioError("table: times must not decrease, and none may be given more than twice")
+        object.__setattr__(self, "_times", times)
+        object.__setattr__(self, "_points", points)
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """The time of every point."""
+        return tuple(sorted(set(self.times)))
+
+    def values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Interpolate; at a jump, return the value after it."""
+        return self._interpolate(times, np.searchsorted(self._times, times, side="right"))
+
+    def left_values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Interpolate; at a jump, return the value before it."""
+        return self._interpolate(times, np.searchsorted(self._times, times, side="left"))
+
+    def slopes(self, times: FloatArray) -> FloatArray:
+        """Return the slope of the line that starts at or before each time; zero outside the table."""
+        upper = np.searchsorted(self._times, times, side="right")
+        inside = (upper > 0) & (upper < self._times.size)
+        slopes = np.zeros(times.shape)
+        above = upper[inside]
+        rise = self._points[above] - self._points[above - 1]
+        slopes[inside] = rise / (self._times[above] - self._times[above - 1])
+        return slopes
+
+    def _interpolate(self, times: FloatArray, upper: NDArray[np.intp]) -> FloatArray:
+        """Evaluate between the points `upper` - 1 and `upper`, of which one may not exist."""
+        high = np.minimum(upper, self._times.size - 1)
+        low = np.maximum(upper - 1, 0)
+        width = self._times[high] - self._times[low]
+        part = np.divide(times - self._times[low], width, out=np.zeros(times.shape), where=width > 0)
+        return self._points[low] + part * (self._points[high] - self._points[low])
+
+
+def ramp(initial: float, final: float, start: float, duration: float) -> Step | Table:
+    """Build the signal that goes straight from `initial` to `final` within `duration` [s] from the time `start` [s].
+
+    Raises
+    ------
+    ScenarioError
+        If a number is not finite or the duration is negative. A duration of zero is a step.
+    """
+    _require_finite("ramp", initial=initial, final=final, start=start, duration=duration)
+    if duration < 0:
+        raise ScenarioError(f"ramp: duration is {duration:g} s; expected a number >= 0")
+    if duration == 0:
+        return Step(initial, final, start)
+    return Table((start, start + duration), (initial, final))
+
+
+def read_table(path: Path, column: str | None = None) -> Table:
+    """Read a table from a CSV file whose first line names the columns and whose first column is the time in seconds.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    column : str, optional
+        Name of the column that holds the values; by default the second one.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be read, lacks the column, or holds something that is not a number.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.reader(file) if row]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ScenarioError(f"table {path}: cannot be read: {error}") from error
+    header = [name.strip() for name in rows[0]] if rows else []
+    if len(header) < 2:
+        raise ScenarioError(f"table {path}: the first line must name at least two columns, the time first")
+    if column is not None and column not in header[1:]:
+        raise ScenarioError(f"table {path}: there is no column '{column}'; known: {', '.join(header[1:])}")
+    index = 1 if column is None else header.index(column, 1)
+    times = tuple(_number(path, line, row, 0) for line, row in enumerate(rows[1:], 2))
+    return Table(times, tuple(_number(path, line, row, index) for line, row in enumerate(rows[1:], 2)))
+
+
+def table_of_points(points: Sequence[Sequence[float]]) -> Table:
+    """Build a table from pairs of time [s] and value."""
+    if any(len(point) != 2 for point in points):
+        raise ScenarioError("table: every point must be a pair of time and value")
+    return Table(tuple(float(point[0]) for point in points), tuple(float(point[1]) for point in points))
+
+
+def _number(path: Path, line: int, row: list[str], index: int) -> float:
+    """Read one cell of a CSV file."""
+    try:
+        return float(row[index])
+    except (IndexError, ValueError):
+        cell = row[index] if index < len(row) else "nothing"
+        raise ScenarioError(f"table {path}, line {line}: '{cell}' is not a number") from None
+
+
+def _require_finite(what: str, **numbers: float) -> None:
+    """Refuse a number that is NaN or infinite."""
+    for name, number in numbers.items():
+        if not math.isfinite(number):
+            raise ScenarioError(f"{what}: {name} is {number}; expected a finite number")

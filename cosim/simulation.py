@@ -1,0 +1,146 @@
+"""From a scenario to a result: find the FMUs, check, open, run, close, and say how it was done."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import fmpy  # pyright: ignore[reportMissingTypeStubs]
+import numpy as np
+
+from cosim.description import Description, read_description
+from cosim.errors import SystemDefinitionError
+from cosim.fmu_slave import open_fmu
+from cosim.locate import locate_fmu
+from cosim.master import Progress, co_simulate
+from cosim.result import Result
+from cosim.scenario import Scenario
+from cosim.signals import Value
+from cosim.slave import Slave
+from cosim.system import System
+
+
+def simulate(
+    scenario: Scenario,
+    *,
+    packaging: str = "native",
+    algorithm: str | None = None,
+    step_size: float | None = None,
+    stop_time: float | None = None,
+    overrides: Mapping[str, Value] | None = None,
+    variant: str | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """Run one variant of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        From `cosim.load_scenario`, or made in Python.
+    packaging : str
+        ``"native"`` or ``"python"``: which build of the FMUs that are given by name.
+    algorithm : str, optional
+        ``"jacobi"`` or ``"gauss-seidel"`` instead of the scenario's.
+    step_size, stop_time : float, optional
+        In s, instead of the scenario's.
+    overrides : mapping of str to value, optional
+        Parameters and input values by ``component.variable``, on top of the variant's.
+    variant : str, optional
+        Name of the variant; by default the first.
+    progress : callable, optional
+        Called now and then with the part of the run that is done, from 0 to 1.
+
+    Returns
+    -------
+    Result
+        Every input and output of every component: ``result["plant.bit_speed"]`` over ``result.time``.
+
+    Raises
+    ------
+    InputError
+        If something asked for does not exist or does not fit; no component has been initialised then.
+    RunError
+        If a component fails on the way.
+    """
+    chosen = scenario.variant(variant)
+    system = scenario.system.with_values(chosen.values if chosen else {}).with_values(overrides or {})
+    paths = {part.name: locate_fmu(part.fmu, packaging, scenario.folder) for part in system.components}
+    descriptions = {name: read_description(path) for name, path in paths.items()}
+    _refuse_twins(paths, descriptions)
+    began = time.perf_counter()
+    with ExitStack() as stack:
+        slaves: dict[str, Slave] = {
+            name: stack.enter_context(open_fmu(name, path, descriptions[name])) for name, path in paths.items()
+        }
+        loaded = time.perf_counter() - began
+        result = co_simulate(
+            system,
+            slaves,
+            stop_time=scenario.stop_time if stop_time is None else stop_time,
+            step_size=scenario.step_size if step_size is None else step_size,
+            start_time=scenario.start_time,
+            algorithm=algorithm or scenario.algorithm,
+            progress=progress,
+        )
+    record: dict[str, Any] = {"scenario": scenario.name, "variant": chosen.name if chosen else None}
+    record |= {"packaging": packaging, **result.record}
+    record["timings"] = {"load": loaded, **result.record["timings"]}
+    record["components"] = _components(system, paths, descriptions)
+    record["inputs"] = {name: repr(signal) for name, signal in system.inputs.items()}
+    record["versions"] = versions()
+    return Result(result.time, result.columns, result.units, record)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what computes, and the platform."""
+    return {
+        "drillstring-cosim": metadata.version("drillstring-cosim"),
+        "fmpy": fmpy.__version__,
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+        "platform": fmpy.platform_tuple,
+    }
+
+
+def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:
+    """Refuse two instances of an FMU that a process can hold only once."""
+    seen: dict[str, str] = {}
+    for name, description in descriptions.items():
+        if not description.once_per_process:
+            continue
+        if description.guid in seen:
+            raise SystemDefinitionError(
+                f"{seen[description.guid]} and {name} are both {paths[name].name}, which allows one instance only"
+            )
+        seen[description.guid] = name
+
+
+def _components(
+    system: System, paths: Mapping[str, Path], descriptions: Mapping[str, Description]
+) -> dict[str, dict[str, Any]]:
+    """Say which file each component is, and every parameter it ran with, given or by default."""
+    components: dict[str, dict[str, Any]] = {}
+    for part in system.components:
+        description = descriptions[part.name]
+        parameters = {variable.name: _start(variable.start) for variable in description.with_causality("parameter")}
+        components[part.name] = {
+            "model": description.model_name,
+            "file": str(paths[part.name]),
+            "sha256": hashlib.sha256(paths[part.name].read_bytes()).hexdigest(),
+            "parameters": {**parameters, **part.parameters},
+        }
+    return components
+
+
+def _start(text: str | None) -> float | str | None:
+    """Read a start value of a model description as a number, where it is one."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return text

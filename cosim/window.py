@@ -1,0 +1,120 @@
+"""Which part of a run to measure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cosim.cycle import Stops, stops_per_period
+from cosim.signals import FloatArray
+
+# So much of the end of a run is looked at, s.
+WINDOW = 20.0
+# Periods that differ by less than this part are measured together.
+_SETTLED = 1e-6
+# Without a stop for this many of the longest intervals between stops, the cycle is over.
+_PATIENCE = 1.5
+
+
+@dataclass(frozen=True)
+class Window:
+    """Times and rows between which to measure.
+
+    Attributes
+    ----------
+    start, end : float
+        s.
+    first, last : int
+        Rows of `start` and `end`, or of the first communication points after them.
+    first_step : int
+        Row at the end of the first step whose extremes count.
+    text : str
+        The window in words.
+    period : float, optional
+        s.
+    stops_per_period : int, optional
+        How many stops a period holds.
+    held : bool
+        Whether the bit's angles at `start` and `end` are those in the rows.
+    """
+
+    start: float
+    end: float
+    first: int
+    last: int
+    first_step: int
+    text: str
+    period: float | None = None
+    stops_per_period: int | None = None
+    held: bool = True
+
+
+def choose_window(time: FloatArray, stops: Stops) -> Window:
+    """Choose what to measure.
+
+    The window is the last whole number of periods, from stop to stop: as many settled ones as fit into 20 s, but at
+    least one. If stops do not repeat, it spans those in the last 20 s. Without two stops, or if the bit has since kept
+    turning or stood still for longer than it did between stops, it is the last 20 s of the run, or all of a shorter
+    one.
+
+    Parameters
+    ----------
+    time : ndarray, shape (rows,)
+        Communication points, s.
+    stops : Stops
+        What `cosim.cycle.find_stops` found.
+    """
+    if not stops.complete:
+        return _last_seconds(time, ", as a step is too long to show every stop in it")
+    if stops.times.size < 2:
+        return _last_seconds(time, "")
+    per_period = 1 if stops.times.size == 2 else stops_per_period(stops.times)
+    if per_period is None:
+        first = int(np.searchsorted(stops.times, float(time[-1]) - WINDOW))
+        first = min(first, stops.times.size - 2)
+        window = _between_stops(stops, first, stops.times.size - 1, "stops that do not repeat")
+        intervals = np.diff(stops.times[first:])
+    else:
+        window = _whole_periods(stops, per_period)
+        intervals = np.diff(stops.times)[-per_period:]
+    if time[-1] - stops.times[-1] > _PATIENCE * intervals.max():
+        return _last_seconds(time, "")
+    return window
+
+
+def _whole_periods(stops: Stops, per_period: int) -> Window:
+    """Span settled periods, preferably between stops at whose communication points the bit is still held."""
+    count = stops.times.size
+    candidates = range(count - 1, max(count - 1 - per_period, per_period - 1), -1)
+    last = next((stop for stop in candidates if stops.held[stop] and stops.held[stop - per_period]), count - 1)
+    period = stops.times[last] - stops.times[last - per_period]
+    first, periods = last - per_period, 1
+    while first >= per_period and stops.times[last] - stops.times[first - per_period] <= WINDOW:
+        earlier = stops.times[first] - stops.times[first - per_period]
+        if abs(earlier - period) > _SETTLED * period or (stops.held[last] and not stops.held[first - per_period]):
+            break
+        first, periods = first - per_period, periods + 1
+    stops_text = "1 stop" if per_period == 1 else f"{per_period} stops"
+    text = f"{periods} {'period' if periods == 1 else 'periods'} of {stops_text}"
+    window = _between_stops(stops, first, last, text)
+    mean_period = (window.end - window.start) / periods
+    return replace(window, period=mean_period, stops_per_period=per_period)
+
+
+def _between_stops(stops: Stops, first: int, last: int, what: str) -> Window:
+    """Span the time from one stop to another."""
+    start, end = float(stops.times[first]), float(stops.times[last])
+    row = int(stops.rows[first])
+    held = bool(stops.held[first] and stops.held[last])
+    text = f"{what}, stop to stop, {start:.6g} s to {end:.6g} s"
+    return Window(start, end, row, int(stops.rows[last]), row, text, held=held)
+
+
+def _last_seconds(time: FloatArray, why: str) -> Window:
+    """Span the last 20 s between communication points, or the whole of a shorter run."""
+    first = max(0, int(np.searchsorted(time, float(time[-1]) - WINDOW * (1 + 1e-12))))
+    first = min(first, time.size - 2)
+    start, end = float(time[first]), float(time[-1])
+    what = "the whole run" if first == 0 else f"the last {end - start:.6g} s"
+    return Window(start, end, first, time.size - 1, first + 1, f"{what}, {start:.6g} s to {end:.6g} s{why}")

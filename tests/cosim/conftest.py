@@ -1,0 +1,61 @@
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from cosim.fmu_library import _FOLDERS
+
+SOURCE = Path(__file__).parent / "probe"
+
+
+@pytest.fixture(scope="session")
+def probe_library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The probe FMU's shared library, compiled for this machine."""
+    library = tmp_path_factory.mktemp("probe") / f"probe{fmpy.sharedLibraryExtension}"
+    headers = Path(fmpy.__file__).parent / "c-code"
+    flags = ["-shared", "-O1", "-w", "-I", str(headers), "-o", str(library)]
+    flags += [] if sys.platform == "win32" else ["-fPIC"]
+    subprocess.run([sys.executable, "-m", "ziglang", "cc", *flags, str(SOURCE / "probe.c")], check=True)
+    return library
+
+
+@pytest.fixture
+def make_probe(probe_library: Path, tmp_path: Path) -> Callable[..., Path]:
+    """Pack a probe FMU, with replacements in its model description."""
+
+    def make(name: str = "probe.fmu", folder: str | None = None, replace: dict[str, str] | None = None) -> Path:
+        text = (SOURCE / "modelDescription.xml").read_text()
+        for old, new in (replace or {}).items():
+            assert old in text
+            text = text.replace(old, new)
+        path = tmp_path / name
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("modelDescription.xml", text)
+            folder = folder or _FOLDERS[fmpy.platform_tuple][0]
+            archive.write(probe_library, f"binaries/{folder}/{probe_library.name}")
+        return path
+
+    return make
+
+
+@pytest.fixture
+def probe(make_probe: Callable[..., Path]) -> Path:
+    return make_probe()
+
+
+@pytest.fixture
+def no_leftovers(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch):
+    """Unpack into a folder of its own, and fail if anything is left there."""
+    folder = tmp_path_factory.mktemp("unpacked")
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    yield folder
+    left = [path.name for path in folder.iterdir()]
+    shutil.rmtree(folder)
+    assert left == []

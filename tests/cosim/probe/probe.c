@@ -1,0 +1,149 @@
+/* A minimal FMI 2.0 co-simulation FMU that shows what a master did to it. */
+#include <stdlib.h>
+#include <string.h>
+#include "fmi2Functions.h"
+
+enum { VR_U, VR_V, VR_INTEGRAL, VR_U_SEEN, VR_FAIL_AT, VR_FAIL_STATUS, VR_GAIN, REALS };
+enum { VR_N, VR_N_NEXT, VR_MODE, INTEGERS };
+
+typedef struct {
+    const fmi2CallbackFunctions *functions;
+    char name[64];
+    double real[REALS];
+    double u_dot;
+    int integer[INTEGERS];
+    int flag;
+    char text[64];
+} Probe;
+
+#define SELF Probe *self = (Probe *)c
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+static void say(Probe *self, fmi2Status status, const char *format, double value) {
+    self->functions->logger(self->functions->componentEnvironment, self->name, status, "logStatusError", format, value);
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
+    (void)type; (void)resources; (void)visible; (void)logging;
+    Probe *self = calloc(1, sizeof(Probe));
+    self->functions = functions;
+    strncpy(self->name, name, sizeof self->name - 1);
+    if (strcmp(guid, "{probe}") != 0 || strcmp(name, "refused") == 0) {
+        say(self, fmi2Error, "not this time, %g", 7.0);
+        free(self);
+        return NULL;
+    }
+    self->real[VR_FAIL_AT] = 1e300;
+    self->real[VR_FAIL_STATUS] = 2.0;
+    self->real[VR_GAIN] = 1.0;
+    self->integer[VR_MODE] = 1;
+    return self;
+}
+void fmi2FreeInstance(fmi2Component c) { free(c); }
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real d, fmi2Boolean e, fmi2Real f) {
+    (void)c; (void)a; (void)b; (void)d; (void)e; (void)f; return fmi2OK;
+}
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    SELF;
+    say(self, fmi2Warning, "ready at %g", 1.5);
+    return fmi2OK;
+}
+fmi2Status fmi2Terminate(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2Reset(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String names[]) {
+    (void)c; (void)on; (void)n; (void)names; return fmi2OK;
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
+    SELF;
+    for (size_t i = 0; i < n; i++) {
+        if (value[i] != value[i]) {
+            say(self, fmi2Discard, "input %g is nan", (double)vr[i]);
+            return fmi2Discard;
+        }
+        self->real[vr[i]] = value[i];
+        if (vr[i] == VR_U) self->u_dot = 0.0;
+    }
+    return fmi2OK;
+}
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
+    SELF;
+    for (size_t i = 0; i < n; i++) value[i] = self->real[vr[i]];
+    return fmi2OK;
+}
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
+    SELF;
+    for (size_t i = 0; i < n; i++) self->integer[vr[i]] = value[i];
+    return fmi2OK;
+}
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
+    SELF;
+    for (size_t i = 0; i < n; i++) value[i] = self->integer[vr[i]];
+    return fmi2OK;
+}
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[]) {
+    SELF; (void)vr;
+    for (size_t i = 0; i < n; i++) self->flag = value[i];
+    return fmi2OK;
+}
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[]) {
+    SELF;
+    for (size_t i = 0; i < n; i++) value[i] = vr[i] ? !self->flag : self->flag;
+    return fmi2OK;
+}
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
+    SELF; (void)vr;
+    for (size_t i = 0; i < n; i++) strncpy(self->text, value[i], sizeof self->text - 1);
+    return fmi2OK;
+}
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
+    SELF; (void)vr;
+    for (size_t i = 0; i < n; i++) value[i] = self->text;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+    SELF; (void)vr;
+    for (size_t i = 0; i < n; i++) if (order[i] == 1) self->u_dot = value[i];
+    return fmi2OK;
+}
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_rollback) {
+    SELF; (void)no_rollback;
+    if (t >= self->real[VR_FAIL_AT]) {
+        fmi2Status status = (fmi2Status)self->real[VR_FAIL_STATUS];
+        say(self, status, "the probe gave up at %g s", t);
+        return status;
+    }
+    /* Exact for an input that is linear within the step. */
+    self->real[VR_INTEGRAL] += self->real[VR_GAIN] * h * (self->real[VR_U] + 0.5 * h * self->u_dot);
+    self->real[VR_U_SEEN] = self->real[VR_U] + h * self->u_dot;
+    self->integer[VR_N_NEXT] = self->integer[VR_N] + self->integer[VR_MODE];
+    return fmi2OK;
+}
+
+#define UNUSED(name, ...) fmi2Status name(__VA_ARGS__) { return fmi2Error; }
+UNUSED(fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *s)
+UNUSED(fmi2SetFMUstate, fmi2Component c, fmi2FMUstate s)
+UNUSED(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
+UNUSED(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
+UNUSED(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
+UNUSED(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
+UNUSED(fmi2GetDirectionalDerivative, fmi2Component c, const fmi2ValueReference u[], size_t nu,
+       const fmi2ValueReference k[], size_t nk, const fmi2Real d[], fmi2Real r[])
+UNUSED(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[],
+       fmi2Real v[])
+UNUSED(fmi2CancelStep, fmi2Component c)
+UNUSED(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
+UNUSED(fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind k, fmi2Real *v)
+UNUSED(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v) {
+    (void)c; (void)k;
+    *v = fmi2False;
+    return fmi2OK;
+}
+UNUSED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from models.clock import SNAP, Clock
+from models.clock import SNAP, Clock, Ramp
 from models.cubic import NONE, ZERO, Cubic, extremes, first_positive, hermite, integral, restrict, subtract, value
 from models.delay_line import DelayLine
 from models.exponential import exponential
@@ -70,6 +70,8 @@ class Bit:
         D(t - Gamma) and v(t) on the piece [rad/s].
     speed : float
         Bit speed at `begin` [rad/s].
+    pressure : Ramp
+        The weight on bit as it was set [N].
     weight, weight_rise : float
         Weight on bit at `begin` and its rise over the piece [N].
     stops : bool
@@ -84,32 +86,26 @@ class Bit:
 
     __slots__ = (
         "angle", "arrived", "arriving", "begin", "cell", "clock", "direction", "end", "incoming", "last_release",
-        "last_stop", "law", "loss", "releases", "slips", "speed", "stops", "stuck", "turning", "weight", "weight_cell",
-        "weight_fraction", "weight_rise", "weight_set", "weight_slope",
+        "last_stop", "law", "loss", "pressure", "releases", "slips", "speed", "stops", "stuck", "turning", "weight",
+        "weight_rise",
     )  # fmt: skip
 
-    def __init__(self, law: BitLaw, clock: Clock, speed: float) -> None:
+    def __init__(self, law: BitLaw, clock: Clock, speed: float, pressure: Ramp) -> None:
         self.law = law
         self.clock = clock
-        self.cell = self.weight_cell = 0
+        self.cell = 0
         self.begin = self.end = 0.0
         self.direction = 1 if speed > 0.0 else -1 if speed < 0.0 else 0
         self.arriving = self.turning = ZERO
         self.incoming = (0.0, 0.0, ZERO)
         self.speed = speed
-        self.weight = self.weight_rise = self.weight_set = self.weight_slope = self.weight_fraction = 0.0
+        self.pressure = pressure
+        self.weight = self.weight_rise = 0.0
         self.stops = self.arrived = False
         self.releases = 0
         self.angle = self.loss = self.stuck = 0.0
         self.last_stop = self.last_release = clock.start
         self.slips = 0
-
-    def press(self, number: int, fraction: float, weight: float, slope: float) -> None:
-        """Let the weight be `weight` [N] at a place and change by `slope` [N/s] from there."""
-        self.weight_set = weight
-        self.weight_slope = slope
-        self.weight_cell = number
-        self.weight_fraction = fraction
 
     def open(self, down: DelayLine) -> None:
         """Take up the next piece: to the end of the wave that arrives, or to the first stop or release in it."""
@@ -119,7 +115,7 @@ class Bit:
         self.end = self.incoming[1]
         first, last, wave = self.incoming
         self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
-        self.weight, self.weight_rise = self._weight()
+        self.weight, self.weight_rise = self.pressure.over(self.clock, self.cell, self.begin, self.end)
         self.stops = False
         if self.direction == 0:
             self._rest()
@@ -147,16 +143,14 @@ class Bit:
             self.begin = 0.0
             self.incoming = (0.0, 0.0, ZERO)
 
-    def cut(self, fraction: float, up: DelayLine, down: DelayLine) -> None:
-        """Begin a new piece at a fraction inside this one, because weight or friction change there."""
+    def cut(self, fraction: float, up: DelayLine) -> None:
+        """End the piece at a fraction of the cell inside it, because weight or friction change; a new one is to be opened."""
         if fraction - self.begin > SNAP:
             if self.end - fraction > SNAP:
-                x = (fraction - self.begin) / (self.end - self.begin)
-                self._shorten(x, fraction)
+                self._shorten((fraction - self.begin) / (self.end - self.begin), fraction)
                 self.stops = False
                 self.releases = 0
             self.close(up)
-        self.open(down)
 
     def torque(self, x: float) -> float:
         """Return the torque on bit at x of the piece; the reaction of the rock while the bit is stuck [N m]."""
@@ -247,7 +241,7 @@ class Bit:
             if slope == 0.0:
                 return x
             best = best - speed / (slope * duration)
-            if not 0.0 < best <= 1.0:
+            if not 0.5 * x < best <= 1.0:  # a slip from rest has a second zero, its begin
                 return x
         return best
 
@@ -275,14 +269,6 @@ class Bit:
         self.weight_rise = x * self.weight_rise
         self.end = fraction
 
-    def _weight(self) -> tuple[float, float]:
-        """Return the weight at the begin of the piece and its rise over the piece [N]."""
-        if self.weight_slope == 0.0:
-            return self.weight_set, 0.0
-        slope = self.weight_slope * self.clock.cell
-        elapsed = (self.cell - self.weight_cell) + (self.begin - self.weight_fraction)
-        return self.weight_set + elapsed * slope, (self.end - self.begin) * slope
-
     def state(self) -> dict[str, Any]:
         """Return everything that changes in time, as plain data."""
         return {name: getattr(self, name) for name in self.__slots__ if name not in _CONSTANT}
@@ -291,6 +277,7 @@ class Bit:
         """Take a state of :meth:`state` back."""
         for name, content in state.items():
             setattr(self, name, content)
+        self.pressure = Ramp(*state["pressure"])
 
 
 _CONSTANT = frozenset({"clock", "law"})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 SNAP = 1e-11
 """Nearer than this to a boundary, an input change is taken to be at the boundary [cells]."""
@@ -38,3 +39,20 @@ class Clock:
     def time(self, number: int, fraction: float) -> float:
         """Return the time of a place [s]."""
         return self.start + (number + fraction) * self.cell
+
+
+class Ramp(NamedTuple):
+    """An input that has a value at a place and changes by a slope [1/s] from there."""
+
+    value: float
+    slope: float = 0.0
+    cell: int = 0
+    fraction: float = 0.0
+
+    def over(self, clock: Clock, cell: int, begin: float, end: float) -> tuple[float, float]:
+        """Return the input at the begin of a piece and its rise over the piece."""
+        if self.slope == 0.0:
+            return self.value, 0.0
+        slope = self.slope * clock.cell
+        elapsed = (cell - self.cell) + (begin - self.fraction)
+        return self.value + elapsed * slope, (end - begin) * slope

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from models.bit import Bit, BitLaw
-from models.clock import Clock
+from models.clock import Clock, Ramp
 from models.cubic import integral, product_integral, restrict, subtract, value
 from models.delay_line import DelayLine, Piece
 from models.parameters import DrillstringParameters
@@ -82,11 +82,8 @@ class DrillstringNeutral:
         twist = initial.torque / (2.0 * self.impedance)
         self.up = DelayLine(self.cells, 0.5 * initial.speed - twist)
         self.down = DelayLine(self.cells, 0.5 * initial.speed + twist)
-        self.top = Top(parameters, self.clock, initial.torque / parameters.stiffness)
-        self.bit = Bit(BitLaw.of(parameters), self.clock, initial.speed)
-        self.inputs = (omega, weight, 0.0, 0.0)
-        self.top.drive(0, 0.0, omega, 0.0)
-        self.bit.press(0, 0.0, weight, 0.0)
+        self.top = Top(parameters, self.clock, initial.torque / parameters.stiffness, Ramp(omega))
+        self.bit = Bit(BitLaw.of(parameters), self.clock, initial.speed, Ramp(weight))
         self.top.open(self.up)
         self.bit.open(self.down)
         self.place = (0, 0.0)
@@ -95,20 +92,22 @@ class DrillstringNeutral:
     def set_inputs(self, omega: float, weight: float, omega_slope: float = 0.0, weight_slope: float = 0.0) -> None:
         """Set Omega [rad/s] and WOB [N] from now on, and their derivatives [1/s]."""
         number, fraction = self.place
-        before = self.inputs
-        self.inputs = (omega, weight, omega_slope, weight_slope)
-        if omega != before[0] or omega_slope != 0.0 or before[2] != 0.0:
-            self.top.drive(number, fraction, omega, omega_slope)
-            self.top.cut(fraction, self.up, self.down)
-        if weight != before[1] or weight_slope != 0.0 or before[3] != 0.0:
-            self.bit.press(number, fraction, weight, weight_slope)
-            self.bit.cut(fraction, self.up, self.down)
+        top, bit = self.top, self.bit
+        if omega != top.omega.value or omega_slope != 0.0 or top.omega.slope != 0.0:
+            top.cut(fraction, self.down)
+            top.omega = Ramp(omega, omega_slope, number, fraction)
+            top.open(self.up)
+        if weight != bit.pressure.value or weight_slope != 0.0 or bit.pressure.slope != 0.0:
+            bit.cut(fraction, self.up)
+            bit.pressure = Ramp(weight, weight_slope, number, fraction)
+            bit.open(self.down)
 
     def set_friction(self, parameters: DrillstringParameters) -> None:
         """Change the tunable friction parameters c_b, mu_cb, mu_sb and gamma_b from now on."""
         self.parameters = parameters
+        self.bit.cut(self.place[1], self.up)
         self.bit.law = BitLaw.of(parameters)
-        self.bit.cut(self.place[1], self.up, self.down)
+        self.bit.open(self.down)
 
     def advance(self, time: float) -> None:
         """Go to a time [s], not before the present one."""
@@ -202,7 +201,6 @@ class DrillstringNeutral:
             "down": self.down.state(),
             "top": self.top.state(),
             "bit": self.bit.state(),
-            "inputs": list(self.inputs),
             "place": list(self.place),
             "range": [self.least, self.greatest],
             "friction": [self.parameters.c_b, self.parameters.mu_cb, self.parameters.mu_sb, self.parameters.gamma_b],
@@ -214,8 +212,6 @@ class DrillstringNeutral:
         self.down.restore(state["down"])
         self.top.restore(state["top"])
         self.bit.restore(state["bit"])
-        omega, weight, omega_slope, weight_slope = state["inputs"]
-        self.inputs = (omega, weight, omega_slope, weight_slope)
         number, fraction = state["place"]
         self.place = (number, fraction)
         self.least, self.greatest = state["range"]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from models.clock import SNAP, Clock
+from models.clock import SNAP, Clock, Ramp
 from models.cubic import ZERO, Cubic, integral, product_integral, restrict, value
 from models.delay_line import DelayLine
 from models.parameters import DrillstringParameters
@@ -25,16 +25,17 @@ class Top:
         U_b(t - Gamma) and D(t) on the piece [rad/s].
     incoming : Piece
         The piece of the up-going wave that `arriving` is a part of.
+    omega : Ramp
+        The drive [rad/s].
     angle, work : float
         Angle of the top [rad] and work of the drive on the string [J] up to `begin`.
     """
 
     __slots__ = (
-        "angle", "arriving", "begin", "cell", "clock", "end", "incoming", "leaving", "omega", "omega_cell",
-        "omega_fraction", "omega_slope", "reflection", "sliding", "transmission", "work",
+        "angle", "arriving", "begin", "cell", "clock", "end", "incoming", "leaving", "omega", "reflection", "sliding", "transmission", "work",
     )  # fmt: skip
 
-    def __init__(self, parameters: DrillstringParameters, clock: Clock, angle: float) -> None:
+    def __init__(self, parameters: DrillstringParameters, clock: Clock, angle: float, omega: Ramp) -> None:
         self.reflection = parameters.reflection
         self.transmission = parameters.transmission
         self.sliding = parameters.c_a
@@ -46,15 +47,7 @@ class Top:
         self.incoming = (0.0, 0.0, ZERO)
         self.angle = angle
         self.work = 0.0
-        self.omega = self.omega_slope = self.omega_fraction = 0.0
-        self.omega_cell = 0
-
-    def drive(self, number: int, fraction: float, omega: float, slope: float) -> None:
-        """Let Omega be `omega` [rad/s] at a place and change by `slope` [rad/s^2] from there."""
         self.omega = omega
-        self.omega_slope = slope
-        self.omega_cell = number
-        self.omega_fraction = fraction
 
     def open(self, up: DelayLine) -> None:
         """Take up the next piece: from `begin` to the end of the wave that arrives."""
@@ -64,7 +57,7 @@ class Top:
         self.end = self.incoming[1]
         first, last, wave = self.incoming
         self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
-        omega, rise = self._omega()
+        omega, rise = self.omega.over(self.clock, self.cell, self.begin, self.end)
         self.leaving = (
             self.transmission * omega - self.reflection * self.arriving[0],
             self.transmission * rise - self.reflection * self.arriving[1],
@@ -84,8 +77,8 @@ class Top:
             self.begin = 0.0
             self.incoming = (0.0, 0.0, ZERO)
 
-    def cut(self, fraction: float, up: DelayLine, down: DelayLine) -> None:
-        """Begin a new piece at a fraction inside this one, because Omega changes there."""
+    def cut(self, fraction: float, down: DelayLine) -> None:
+        """End the piece at a fraction of the cell inside it, because Omega changes there; a new one is to be opened."""
         if fraction - self.begin > SNAP:
             if self.end - fraction > SNAP:
                 x = (fraction - self.begin) / (self.end - self.begin)
@@ -93,7 +86,6 @@ class Top:
                 self.leaving = restrict(self.leaving, 0.0, x)
                 self.end = fraction
             self.close(down)
-        self.open(up)
 
     def speed(self) -> Cubic:
         """Return ydot on the piece [rad/s]."""
@@ -102,23 +94,15 @@ class Top:
 
     def torque(self, x: float) -> float:
         """Return the torque of the drive on the string, c_a (Omega - ydot), at x of the piece [N m]."""
-        omega, rise = self._omega()
+        omega, rise = self.omega.over(self.clock, self.cell, self.begin, self.end)
         return self.sliding * ((omega + x * rise) - value(self.speed(), x))
 
     def power_integral(self, x: float) -> float:
         """Return the integral of top_torque times top_speed from 0 to x of the piece, per unit of x [W]."""
         speed = self.speed()
-        omega, rise = self._omega()
+        omega, rise = self.omega.over(self.clock, self.cell, self.begin, self.end)
         slip = (omega - speed[0], rise - speed[1], -speed[2], -speed[3])
         return self.sliding * product_integral(slip, speed, x)
-
-    def _omega(self) -> tuple[float, float]:
-        """Return Omega at the begin of the piece and its rise over the piece [rad/s]."""
-        if self.omega_slope == 0.0:
-            return self.omega, 0.0
-        slope = self.omega_slope * self.clock.cell
-        elapsed = (self.cell - self.omega_cell) + (self.begin - self.omega_fraction)
-        return self.omega + elapsed * slope, (self.end - self.begin) * slope
 
     def state(self) -> dict[str, Any]:
         """Return everything that changes in time, as plain data."""
@@ -128,6 +112,7 @@ class Top:
         """Take a state of :meth:`state` back."""
         for name, content in state.items():
             setattr(self, name, content)
+        self.omega = Ramp(*state["omega"])
 
 
 _CONSTANT = frozenset({"clock", "reflection", "sliding", "transmission"})

@@ -1,0 +1,123 @@
+#include "ds_line.h"
+
+#include <math.h>
+
+#define NEGLIGIBLE 1e-9 /* rad/s, strength below which a break is folded without being counted */
+#define DOUBLINGS 40    /* a queue full of breaks keeps only those stronger than NEGLIGIBLE 2^DOUBLINGS */
+
+static int break_limit(int cells)
+{
+    return cells > 64 ? cells : 64;
+}
+
+int ds_line_capacity(int cells)
+{
+    return cells + 2 + break_limit(cells);
+}
+
+void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level)
+{
+    const ds_piece piece = {0.0, 1.0, {level, 0.0, 0.0, 0.0}};
+    line->capacity = ds_line_capacity(cells);
+    line->break_limit = break_limit(cells);
+    for (int i = 0; i < line->capacity; ++i) {
+        ring[i] = piece;
+    }
+    line->first = 0;
+    line->count = cells;
+    line->breaks = 0;
+    line->folded = 0;
+    line->square = cells * (level * level);
+    line->square_rest = 0.0;
+    line->folded_square = 0.0;
+}
+
+/* add to the integral of the square without losing what the sum cannot hold (Neumaier) */
+static void add(ds_line *line, double amount)
+{
+    const double total = line->square + amount;
+    if (fabs(line->square) >= fabs(amount)) {
+        line->square_rest += (line->square - total) + amount;
+    } else {
+        line->square_rest += (amount - total) + line->square;
+    }
+    line->square = total;
+}
+
+/* strength a break must exceed to be kept: the fuller the queue, the greater */
+static double threshold(const ds_line *line)
+{
+    double limit = NEGLIGIBLE;
+    if (line->breaks >= line->break_limit) {
+        return 1e300;
+    }
+    for (int i = (2 * DOUBLINGS * line->breaks) / line->break_limit - DOUBLINGS; i > 0; --i) {
+        limit = limit * 2.0;
+    }
+    return limit;
+}
+
+/* fold a piece into the last one if the break between them is weak; say whether it was done */
+static int fold(ds_line *line, ds_piece *ring, ds_piece piece)
+{
+    int index = line->first + line->count - 1;
+    if (line->count == 0) {
+        return 0;
+    }
+    if (index >= line->capacity) {
+        index -= line->capacity;
+    }
+    ds_piece *const last = &ring[index];
+    if (last->end != piece.begin) {
+        return 0;
+    }
+    const double length = piece.end - last->begin;
+    double strength;
+    const ds_cubic merged = ds_cubic_merge(last->wave, piece.wave, (last->end - last->begin) / length, &strength);
+    if (strength > threshold(line)) {
+        return 0;
+    }
+    const double square = length * ds_cubic_product_integral(merged, merged, 1.0);
+    const double former = (last->end - last->begin) * ds_cubic_product_integral(last->wave, last->wave, 1.0);
+    const double added = (piece.end - last->end) * ds_cubic_product_integral(piece.wave, piece.wave, 1.0);
+    last->end = piece.end;
+    last->wave = merged;
+    add(line, square - former);
+    if (strength > NEGLIGIBLE) {
+        line->folded += 1;
+    }
+    line->folded_square += (former - square) + added;
+    return 1;
+}
+
+void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece)
+{
+    if (piece.begin > 0.0 && fold(line, ring, piece)) {
+        return;
+    }
+    int index = line->first + line->count;
+    if (index >= line->capacity) {
+        index -= line->capacity;
+    }
+    ring[index] = piece;
+    line->count += 1;
+    if (piece.begin > 0.0) {
+        line->breaks += 1;
+    }
+    add(line, (piece.end - piece.begin) * ds_cubic_product_integral(piece.wave, piece.wave, 1.0));
+}
+
+ds_piece ds_line_pop(ds_line *line, const ds_piece *ring)
+{
+    const ds_piece piece = ring[line->first];
+    line->first += 1;
+    if (line->first >= line->capacity) {
+        line->first = 0;
+    }
+    line->count -= 1;
+    if (piece.begin > 0.0) {
+        line->breaks -= 1;
+    }
+    add(line, -((piece.end - piece.begin) * ds_cubic_product_integral(piece.wave, piece.wave, 1.0)));
+    return piece;
+}

@@ -1,0 +1,31 @@
+/* A wave under way between the ends of the string: a queue of cubic pieces, one travel time long.
+ * Follows models/delay_line.py, which explains it. */
+#ifndef DS_LINE_H
+#define DS_LINE_H
+
+#include "ds_cubic.h"
+
+typedef struct {
+    double begin; /* 1, fraction of the cell, in [0, 1) */
+    double end;   /* 1, fraction of the cell, in (0, 1] */
+    ds_cubic wave; /* rad/s, the wave between them */
+} ds_piece;
+
+typedef struct {
+    int capacity;         /* 1, pieces the ring can hold */
+    int break_limit;      /* 1, pieces that may begin inside a cell */
+    int first;            /* 1, index of the oldest piece */
+    int count;            /* 1, pieces in the queue */
+    int breaks;           /* 1, of these, pieces that begin inside a cell */
+    int folded;           /* 1, breaks folded although they were not negligible */
+    double square;        /* rad2/s2 cells, integral of the squared wave over the queue */
+    double square_rest;   /* rad2/s2 cells, its compensation */
+    double folded_square; /* rad2/s2 cells, what the folds took from it */
+} ds_line;
+
+int ds_line_capacity(int cells);
+void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level);
+void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece);
+ds_piece ds_line_pop(ds_line *line, const ds_piece *ring);
+
+#endif

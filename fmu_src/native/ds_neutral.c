@@ -1,0 +1,232 @@
+#include "ds_neutral.h"
+
+#include <math.h>
+
+#define CELL_LIMIT 0.0005 /* s, longest cell of the default grid */
+
+int ds_neutral_cells(const ds_parameters *parameters, int requested)
+{
+    if (requested > 0) {
+        return requested >= 4 ? requested : 4;
+    }
+    const double travel_time = parameters->L * sqrt(parameters->I / (parameters->G * parameters->J));
+    int count = (int)(travel_time / CELL_LIMIT);
+    if (count * CELL_LIMIT < travel_time) {
+        count += 1;
+    }
+    return count >= 4 ? count : 4;
+}
+
+size_t ds_neutral_state_size(int cells)
+{
+    return sizeof(ds_neutral_state) + 2 * (size_t)ds_line_capacity(cells) * sizeof(ds_piece);
+}
+
+static ds_piece *down_ring(ds_neutral_state *state)
+{
+    return state->ring + state->up.capacity;
+}
+
+static ds_bit_law bit_law(const ds_parameters *parameters, double impedance)
+{
+    ds_bit_law law;
+    law.twice_impedance = 2.0 * impedance;
+    law.damping = impedance + parameters->c_b;
+    law.viscosity = parameters->c_b;
+    law.inertia = parameters->I_B;
+    law.coulomb = parameters->R_b * parameters->mu_cb;
+    law.excess = parameters->R_b * (parameters->mu_sb - parameters->mu_cb);
+    law.static_ = parameters->R_b * parameters->mu_sb;
+    law.rate = parameters->gamma_b / parameters->v_f;
+    return law;
+}
+
+void ds_neutral_build(ds_neutral *model, const ds_parameters *parameters, int cells, double start)
+{
+    const ds_parameters *const p = parameters;
+    model->parameters = *p;
+    model->impedance = sqrt(p->I * p->G * p->J);
+    model->top.reflection = (p->c_a - model->impedance) / (p->c_a + model->impedance);
+    model->top.transmission = p->c_a / (p->c_a + model->impedance);
+    model->top.sliding = p->c_a;
+    model->cells = ds_neutral_cells(p, cells);
+    model->clock.start = start;
+    model->clock.cell = p->L * sqrt(p->I / (p->G * p->J)) / model->cells;
+}
+
+static void open_top(const ds_neutral *model, ds_neutral_state *state)
+{
+    ds_top_open(&model->top, &model->clock, &state->top, &state->up, state->ring);
+}
+
+static void open_bit(const ds_neutral *model, ds_neutral_state *state)
+{
+    ds_bit_open(&state->law, &model->clock, &state->bit, &state->down, down_ring(state));
+}
+
+void ds_neutral_start(const ds_neutral *model, ds_neutral_state *state, double initial_speed, double initial_torque,
+                      double omega, double weight)
+{
+    const ds_parameters *const p = &model->parameters;
+    const double twist = initial_torque / (2.0 * model->impedance);
+    const ds_ramp drive = {{0, 0.0}, omega, 0.0};
+    const ds_ramp pressure = {{0, 0.0}, weight, 0.0};
+    const ds_place start = {0, 0.0};
+    state->law = bit_law(p, model->impedance);
+    ds_line_fill(&state->up, state->ring, model->cells, 0.5 * initial_speed - twist);
+    ds_line_fill(&state->down, down_ring(state), model->cells, 0.5 * initial_speed + twist);
+    ds_top_start(&state->top, initial_torque / (p->G * p->J / p->L));
+    state->top.omega = drive;
+    ds_bit_start(&state->bit, &model->clock, initial_speed);
+    state->bit.pressure = pressure;
+    open_top(model, state);
+    open_bit(model, state);
+    state->present = start;
+    state->least = initial_speed;
+    state->greatest = initial_speed;
+}
+
+void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, double omega, double weight,
+                           double omega_slope, double weight_slope)
+{
+    ds_top *const top = &state->top;
+    ds_bit *const bit = &state->bit;
+    if (omega != top->omega.value || omega_slope != 0.0 || top->omega.slope != 0.0) {
+        const ds_ramp drive = {state->present, omega, omega_slope};
+        ds_top_cut(&model->top, &model->clock, top, state->present.fraction, &state->down, down_ring(state));
+        top->omega = drive;
+        open_top(model, state);
+    }
+    if (weight != bit->pressure.value || weight_slope != 0.0 || bit->pressure.slope != 0.0) {
+        const ds_ramp pressure = {state->present, weight, weight_slope};
+        ds_bit_cut(&state->law, &model->clock, bit, state->present.fraction, &state->up, state->ring);
+        bit->pressure = pressure;
+        open_bit(model, state);
+    }
+}
+
+void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state *state, const ds_parameters *parameters)
+{
+    ds_bit_cut(&state->law, &model->clock, &state->bit, state->present.fraction, &state->up, state->ring);
+    state->law = bit_law(parameters, model->impedance);
+    open_bit(model, state);
+}
+
+/* where in the piece that begins and ends at fractions of a cell the present lies */
+static double present_in(const ds_neutral_state *state, int64_t cell, double begin, double end)
+{
+    if (cell != state->present.cell || state->present.fraction <= begin) {
+        return 0.0;
+    }
+    return (state->present.fraction - begin) / (end - begin);
+}
+
+/* let the range of bit speeds cover [x0, x1] of the piece */
+static void widen(ds_neutral_state *state, double x0, double x1)
+{
+    double low;
+    double high;
+    ds_bit_extremes(&state->bit, x0, x1, &low, &high);
+    if (low < state->least) {
+        state->least = low;
+    }
+    if (high > state->greatest) {
+        state->greatest = high;
+    }
+}
+
+/* finish the piece of the top and take up the next */
+static void next_top(const ds_neutral *model, ds_neutral_state *state)
+{
+    ds_top_close(&model->top, &model->clock, &state->top, &state->down, down_ring(state));
+    open_top(model, state);
+}
+
+/* finish the piece of the bit, whose range from x on counts, and take up the next, which counts from 0 */
+static double next_bit(const ds_neutral *model, ds_neutral_state *state, double x)
+{
+    widen(state, x, 1.0);
+    ds_bit_close(&state->law, &model->clock, &state->bit, &state->up, state->ring);
+    open_bit(model, state);
+    return 0.0;
+}
+
+void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time)
+{
+    const ds_place goal = ds_clock_place(&model->clock, time);
+    ds_top *const top = &state->top;
+    ds_bit *const bit = &state->bit;
+    double x = present_in(state, bit->cell, bit->begin, bit->end);
+    ds_bit_extremes(bit, x, x, &state->least, &state->greatest);
+    while (top->cell < goal.cell) {
+        const int64_t cell = top->cell;
+        while (top->cell == cell) {
+            next_top(model, state);
+        }
+        while (bit->cell == cell) {
+            x = next_bit(model, state, x);
+        }
+    }
+    while (top->end < goal.fraction) {
+        next_top(model, state);
+    }
+    while (bit->end < goal.fraction) {
+        x = next_bit(model, state, x);
+    }
+    state->present = goal;
+    widen(state, x, present_in(state, bit->cell, bit->begin, bit->end));
+}
+
+/* integral of the squared wave of a piece from a fraction of the cell to its end, in cells */
+static double square_after(ds_piece piece, double fraction)
+{
+    const ds_cubic rest = ds_cubic_restrict(piece.wave, (fraction - piece.begin) / (piece.end - piece.begin), 1.0);
+    return (piece.end - fraction) * ds_cubic_product_integral(rest, rest, 1.0);
+}
+
+/* energy stored in the string and the bit, (I L / 2) E of eq. (7) */
+static double stored_energy(const ds_neutral *model, const ds_neutral_state *state, double x, double y)
+{
+    const ds_bit *const bit = &state->bit;
+    const ds_top *const top = &state->top;
+    const ds_cubic wave = ds_cubic_subtract(bit->turning, bit->arriving);
+    double up = state->up.square + state->up.square_rest;
+    up += square_after(top->incoming, top->begin + y * (top->end - top->begin));
+    up += (bit->end - bit->begin) * ds_cubic_product_integral(wave, wave, x);
+    double down = state->down.square + state->down.square_rest;
+    down += square_after(bit->incoming, bit->begin + x * (bit->end - bit->begin));
+    down += (top->end - top->begin) * ds_cubic_product_integral(top->leaving, top->leaving, y);
+    const double speed = ds_cubic_value(bit->turning, x);
+    return model->impedance * model->clock.cell * (up + down) + 0.5 * model->parameters.I_B * (speed * speed);
+}
+
+void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_outputs *outputs)
+{
+    const ds_bit *const bit = &state->bit;
+    const ds_top *const top = &state->top;
+    const double cell = model->clock.cell;
+    const double x = present_in(state, bit->cell, bit->begin, bit->end);
+    const double y = present_in(state, top->cell, top->begin, top->end);
+    const double bit_piece = (bit->end - bit->begin) * cell;
+    const double top_piece = (top->end - top->begin) * cell;
+    const ds_cubic speed = ds_top_speed(top);
+    outputs->bit_speed = ds_cubic_value(bit->turning, x);
+    outputs->top_speed = ds_cubic_value(speed, y);
+    outputs->bit_torque = ds_bit_torque(&state->law, bit, x);
+    outputs->top_torque = ds_top_torque(&model->top, &model->clock, top, y);
+    outputs->bit_angle = bit->angle + bit_piece * ds_cubic_integral(bit->turning, x);
+    outputs->top_angle = top->angle + top_piece * ds_cubic_integral(speed, y);
+    outputs->bit_stuck = bit->direction == 0;
+    outputs->energy = stored_energy(model, state, x, y);
+    outputs->bit_speed_min = state->least;
+    outputs->bit_speed_max = state->greatest;
+    outputs->stuck_time = bit->direction == 0 ? bit->stuck + x * bit_piece : bit->stuck;
+    outputs->slip_count = bit->slips;
+    outputs->last_stop_time = bit->last_stop;
+    outputs->last_release_time = bit->last_release;
+    outputs->work_in = top->work + top_piece * ds_top_power_integral(&model->top, &model->clock, top, y);
+    outputs->bit_loss = bit->loss + bit_piece * ds_bit_power_integral(&state->law, bit, x);
+    outputs->cells_used = model->cells;
+    outputs->breaks_folded = state->up.folded + state->down.folded;
+    outputs->folded_energy = model->impedance * cell * (state->up.folded_square + state->down.folded_square);
+}

@@ -1,0 +1,70 @@
+/* The drillstring as a neutral delay system, eqs. (14) and (15), in the form of waves it is computed in.
+ * Follows models/neutral.py. The model is constant after the start; the state is one flat block without pointers,
+ * so that saving and restoring it is a copy. */
+#ifndef DS_NEUTRAL_H
+#define DS_NEUTRAL_H
+
+#include <stddef.h>
+
+#include "ds_bit.h"
+#include "ds_clock.h"
+#include "ds_line.h"
+#include "ds_top.h"
+
+typedef struct {
+    double G;     /* Pa, shear modulus, eq. (1) */
+    double J;     /* m4, geometrical moment of inertia, eq. (1) */
+    double I;     /* kg m, moment of inertia per unit length, eq. (1) */
+    double L;     /* m, length */
+    double I_B;   /* kg m2, inertia of the bottom hole assembly, eq. (2) */
+    double c_a;   /* N m s/rad, damping of the sliding top, eq. (2) */
+    double R_b;   /* m, bit radius, eq. (3) */
+    double v_f;   /* rad/s, eq. (4) */
+    double c_b;   /* N m s/rad, damping at the bit, eq. (3) */
+    double mu_cb; /* 1, Coulomb friction, eq. (4) */
+    double mu_sb; /* 1, static friction, eq. (4) */
+    double gamma_b; /* 1, velocity decrease rate, eq. (4) */
+} ds_parameters;
+
+typedef struct {
+    ds_parameters parameters;
+    ds_top_law top;
+    ds_clock clock;
+    double impedance; /* N m s/rad, Z */
+    int cells;        /* 1, cells in one travel time */
+} ds_neutral;
+
+typedef struct {
+    ds_bit_law law; /* holds the tunable friction */
+    ds_top top;
+    ds_bit bit;
+    ds_place present;
+    double least;     /* rad/s, least bit speed since the last communication point */
+    double greatest;  /* rad/s, greatest */
+    ds_line up;       /* the up-going wave; its ring comes first in `ring` */
+    ds_line down;     /* the down-going wave */
+    ds_piece ring[];
+} ds_neutral_state;
+
+/* the outputs of the plant, SI units */
+typedef struct {
+    double bit_speed, top_speed, bit_torque, top_torque, bit_angle, top_angle, energy;
+    double bit_speed_min, bit_speed_max, stuck_time, last_stop_time, last_release_time, work_in, bit_loss;
+    double folded_energy;
+    int bit_stuck, slip_count, cells_used, breaks_folded;
+} ds_neutral_outputs;
+
+/* cells in one travel time: as requested, at least 4; for 0 one that keeps a cell at most 0.5 ms */
+int ds_neutral_cells(const ds_parameters *parameters, int requested);
+/* bytes of the state */
+size_t ds_neutral_state_size(int cells);
+void ds_neutral_build(ds_neutral *model, const ds_parameters *parameters, int cells, double start);
+void ds_neutral_start(const ds_neutral *model, ds_neutral_state *state, double initial_speed, double initial_torque,
+                      double omega, double weight);
+void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, double omega, double weight,
+                           double omega_slope, double weight_slope);
+void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state *state, const ds_parameters *parameters);
+void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time);
+void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_outputs *outputs);
+
+#endif

@@ -1,0 +1,36 @@
+/* The top end: the up-going wave arrives, the drive turns, the down-going wave leaves. Follows models/top.py. */
+#ifndef DS_TOP_H
+#define DS_TOP_H
+
+#include "ds_clock.h"
+#include "ds_line.h"
+
+typedef struct {
+    double reflection;   /* 1, Upsilon */
+    double transmission; /* 1, c_a / Lambda */
+    double sliding;      /* N m s/rad, c_a, eq. (2) */
+} ds_top_law;
+
+typedef struct {
+    int64_t cell;      /* 1, cell of the piece that holds the present */
+    double begin;      /* 1, its begin as a fraction of the cell */
+    double end;        /* 1, its end */
+    ds_cubic arriving; /* rad/s, U_b(t - Gamma) on the piece */
+    ds_cubic leaving;  /* rad/s, D(t) on the piece */
+    ds_piece incoming; /* rad/s, the piece of the up-going wave that `arriving` is a part of */
+    ds_ramp omega;     /* rad/s, the drive */
+    double angle;      /* rad, angle of the top up to `begin` */
+    double work;       /* J, work of the drive on the string up to `begin` */
+} ds_top;
+
+void ds_top_start(ds_top *top, double angle);
+void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *up, const ds_piece *up_ring);
+void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *down, ds_piece *down_ring);
+/* begin a new piece at a fraction inside this one; the caller then opens it */
+void ds_top_cut(const ds_top_law *law, const ds_clock *clock, ds_top *top, double fraction, ds_line *down,
+                ds_piece *down_ring);
+ds_cubic ds_top_speed(const ds_top *top);
+double ds_top_torque(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
+double ds_top_power_integral(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
+
+#endif

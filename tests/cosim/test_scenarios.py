@@ -1,0 +1,82 @@
+"""The scenarios on the built FMUs; reference numbers from a method-of-steps solution good to 1e-9."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from cosim import load_scenario, simulate
+from cosim.cli import app
+from cosim.metrics import Measures, measure
+
+
+def measures(name: str, **options) -> Measures:
+    found = measure(simulate(load_scenario(name), **options))
+    assert found is not None
+    return found
+
+
+def test_stick_slip_prints_the_limit_cycle_of_fig_2(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["run", "stick-slip", "--output", str(tmp_path / "run")])
+    assert result.exit_code == 0, result.output
+    for digits in ("3.2256227", "18.7605", "0.458836"):
+        assert digits in result.stdout
+
+
+@pytest.mark.parametrize("step_size", [0.001, 0.0137, 0.1])
+def test_measures_of_the_limit_cycle_do_not_depend_on_the_communication_step(step_size: float) -> None:
+    found = measures("stick-slip", step_size=step_size)
+    assert f"{found.period:.7f}" == "3.2256227"
+    assert f"{found.peak:.4f}" == "18.7605"
+    assert f"{found.stuck_fraction:.6f}" == "0.458836"
+
+
+@pytest.mark.parametrize(("name", "speed"), [("lower-wob", 8.768644096751), ("higher-speed", 16.213565871)])
+def test_less_weight_or_more_speed_ends_in_steady_rotation(name: str, speed: float) -> None:
+    result = simulate(load_scenario(name))
+    assert result["plant.bit_speed"][-1] == pytest.approx(speed, abs=1e-6)
+    found = measure(result)
+    assert found is not None
+    assert found.period is None
+    assert found.stuck_fraction == 0.0
+
+
+@pytest.mark.parametrize(
+    ("variant", "peak", "period"),
+    [("c_b=0.8", 18.7324, 3.224275), ("c_b=15", 18.2929, 3.212047), ("c_b=65", 16.8969, 3.203594)],
+)
+def test_bit_damping_lowers_the_peak_of_the_cycle(variant: str, peak: float, period: float) -> None:
+    found = measures("bit-damping", variant=variant)
+    assert found.peak == pytest.approx(peak, abs=5e-5)
+    assert found.period == pytest.approx(period, abs=5e-7)
+
+
+def test_enough_bit_damping_ends_the_cycle() -> None:
+    found = measures("bit-damping", variant="c_b=150")
+    assert found.period is None
+    assert found.mean_speed == pytest.approx(5.768533359, abs=1e-5)
+
+
+def test_the_weight_law_is_followed_one_step_behind() -> None:
+    result = simulate(load_scenario("wob-law"), stop_time=5.0)
+    law = 97347.0 + 5000.0 * abs(result["plant.bit_speed"])
+    assert result["plant.WOB"][1:] == pytest.approx(law.clip(max=300000.0)[:-1], rel=1e-12)
+
+
+def test_the_dissipative_law_runs_in_both_forms_and_reports_its_limits() -> None:
+    scenario = load_scenario("dissipative-law")
+    printed = simulate(scenario, variant="printed", stop_time=10.0)
+    assert printed["law.limit_active"].any()
+    assert abs(printed["plant.Omega"]).max() <= 40.0
+    tracking = simulate(scenario, variant="tracking", stop_time=60.0)
+    assert tracking["plant.bit_speed"][-1000:] == pytest.approx(10.0, abs=0.5)
+
+
+def test_both_packagings_give_the_same_bits() -> None:
+    scenario = load_scenario("stick-slip")
+    native = simulate(scenario, stop_time=10.0)
+    python = simulate(scenario, stop_time=10.0, packaging="python")
+    for name in native.names:
+        assert native[name].tobytes() == python[name].tobytes(), name

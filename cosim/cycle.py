@@ -26,33 +26,42 @@ class Stops:
         Row of the first communication point after each.
     held : ndarray of bool, shape (n,)
         Whether the bit was still held at that communication point.
-    complete : bool
-        Whether every stop of the run was seen; of several within one communication step, only the last is.
+    lost : float or None
+        Time until which stops may be missing, s: of several within one communication step, only the last is known. The
+        stops are those after it.
     """
 
     times: FloatArray
     rows: NDArray[np.intp]
     held: NDArray[np.bool_]
-    complete: bool
+    lost: float | None
 
 
 def find_stops(
-    last_stop_time: FloatArray, last_release_time: FloatArray, slip_count: NDArray[np.int32] | None
+    time: FloatArray,
+    last_stop_time: FloatArray,
+    last_release_time: FloatArray,
+    slip_count: FloatArray,
+    bit_stuck: FloatArray,
 ) -> Stops:
     """Find the stops from the plant's own record of them.
 
     Parameters
     ----------
+    time : ndarray, shape (rows,)
+        Communication points, s.
     last_stop_time, last_release_time : ndarray, shape (rows,)
         As put out by the plant, s; the start time until the first.
-    slip_count : ndarray of int, shape (rows,), optional
-        Releases since the start; tells whether one went unseen within a communication step.
+    slip_count, bit_stuck : ndarray, shape (rows,)
+        Releases since the start, and 1 while the bit is held; together they tell how many stops a step held.
     """
+    stops_in_step = np.diff(slip_count) + np.diff(bit_stuck)
+    lossy = np.flatnonzero(stops_in_step > 1) + 1
+    first_row = int(lossy[-1]) if lossy.size else 0
     rows = np.flatnonzero(np.diff(last_stop_time) > 0) + 1
-    releases = int(np.count_nonzero(np.diff(last_release_time) > 0))
-    counted = releases if slip_count is None else int(slip_count[-1] - slip_count[0])
+    rows = rows[rows >= first_row]
     times = last_stop_time[rows]
-    return Stops(times, rows, last_release_time[rows] <= times, counted <= releases)
+    return Stops(times, rows, last_release_time[rows] <= times, float(time[first_row]) if lossy.size else None)
 
 
 def stops_per_period(times: FloatArray) -> int | None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -42,6 +43,14 @@ def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequenc
         What to show, one row of panels each, as ``component.variable``; by default bit speed and torque on bit where
         there are such, else the first outputs.
     """
+    # A long chattering line is more than Agg can draw at once.
+    chunks = matplotlib.rc_context({"agg.path.chunksize": 10000})  # pyright: ignore[reportUnknownMemberType]
+    with chunks:
+        _compose(title, results, signals).savefig(path)
+
+
+def _compose(title: str, results: Mapping[str, Result], signals: Sequence[str]) -> Any:
+    """Lay out the panels."""
     first = next(iter(results.values()))
     shown = list(signals) or default_signals(first)
     rows, columns = max(1, len(shown)), len(results)
@@ -60,7 +69,7 @@ def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequenc
                 panel.set_title(variant, fontsize=10)
             if row == rows - 1:
                 panel.set_xlabel("Time [s]")
-    figure.savefig(path)
+    return figure
 
 
 def default_signals(result: Result) -> list[str]:

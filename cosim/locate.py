@@ -44,7 +44,9 @@ def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> P
         if (path := folder / f"{fmu}.fmu").is_file():
             return path.resolve()
     where = ", ".join(str(folder) for folder in folders)
-    raise FmuFileError(f"{fmu}.fmu is not in {where}; `python build_fmu.py` makes the FMUs of this project")
+    built = {path.stem for folder in folders for path in folder.glob("*.fmu")}
+    hint = suggestion(str(fmu), built) or "; `python build_fmu.py` makes the FMUs of this project"
+    raise FmuFileError(f"{fmu}.fmu is not in {where}{hint}")
 
 
 def _folders(packaging: str) -> list[Path]:

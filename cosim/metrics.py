@@ -21,6 +21,7 @@ from cosim.window import Window, choose_window
 _NO_SPEED = 1e-9
 _NEEDED = (
     "bit_speed", "bit_angle", "bit_speed_min", "bit_speed_max", "stuck_time", "last_stop_time", "last_release_time",
+    "slip_count", "bit_stuck",
 )  # fmt: skip
 
 
@@ -83,8 +84,8 @@ def measure(result: Result, component: str = "plant") -> Measures | None:
     if any(f"{component}.{name}" not in result for name in _NEEDED):
         return None
     bit = {name: np.asarray(result[f"{component}.{name}"], dtype=np.float64) for name in _NEEDED}
-    slip_count = result.columns.get(f"{component}.slip_count")
-    stops = find_stops(bit["last_stop_time"], bit["last_release_time"], slip_count)
+    events = (bit[name] for name in ("last_stop_time", "last_release_time", "slip_count", "bit_stuck"))
+    stops = find_stops(result.time, *events)
     window = choose_window(result.time, stops)
     steps = slice(window.first_step, window.last + 1)
     peak = max(float(bit["bit_speed"][window.first]), float(bit["bit_speed_max"][steps].max()))

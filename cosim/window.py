@@ -65,10 +65,9 @@ def choose_window(time: FloatArray, stops: Stops) -> Window:
     stops : Stops
         What `cosim.cycle.find_stops` found.
     """
-    if not stops.complete:
-        return _last_seconds(time, ", as a step is too long to show every stop in it")
     if stops.times.size < 2:
-        return _last_seconds(time, "")
+        recent = stops.lost is not None and stops.lost > time[-1] - WINDOW
+        return _last_seconds(time, ", as a step is too long to show every stop in it" if recent else "")
     per_period = 1 if stops.times.size == 2 else stops_per_period(stops.times)
     if per_period is None:
         first = int(np.searchsorted(stops.times, float(time[-1]) - WINDOW))
@@ -83,23 +82,25 @@ def choose_window(time: FloatArray, stops: Stops) -> Window:
     return window
 
 
-def _whole_periods(stops: Stops, per_period: int) -> Window:
-    """Span settled periods, preferably between stops at whose communication points the bit is still held."""
-    count = stops.times.size
-    candidates = range(count - 1, max(count - 1 - per_period, per_period - 1), -1)
-    last = next((stop for stop in candidates if stops.held[stop] and stops.held[stop - per_period]), count - 1)
-    period = stops.times[last] - stops.times[last - per_period]
-    first, periods = last - per_period, 1
-    while first >= per_period and stops.times[last] - stops.times[first - per_period] <= WINDOW:
-        earlier = stops.times[first] - stops.times[first - per_period]
-        if abs(earlier - period) > _SETTLED * period or (stops.held[last] and not stops.held[first - per_period]):
+def _whole_periods(stops: Stops, m: int) -> Window:
+    """Span settled periods of m stops, from a stop to a stop at whose communication points the bit is still held.
+
+    Only then is the bit's angle at the stops known. Long steps may leave no such pair; then the last stop will do.
+    """
+    times, held = stops.times, stops.held
+    recent = [stop for stop in range(m, times.size) if times[-1] - times[stop - m] <= WINDOW] or [times.size - 1]
+    last = next((stop for stop in reversed(recent) if held[stop] and held[stop - m]), times.size - 1)
+    period = times[last] - times[last - m]
+    first = earlier = last - m
+    while earlier >= m and times[last] - times[earlier - m] <= WINDOW:
+        if abs(times[earlier] - times[earlier - m] - period) > _SETTLED * period:
             break
-        first, periods = first - per_period, periods + 1
-    stops_text = "1 stop" if per_period == 1 else f"{per_period} stops"
-    text = f"{periods} {'period' if periods == 1 else 'periods'} of {stops_text}"
-    window = _between_stops(stops, first, last, text)
-    mean_period = (window.end - window.start) / periods
-    return replace(window, period=mean_period, stops_per_period=per_period)
+        earlier -= m
+        first = earlier if held[earlier] or not held[last] else first
+    periods = (last - first) // m
+    stops_text = "1 stop" if m == 1 else f"{m} stops"
+    window = _between_stops(stops, first, last, f"{periods} {'period' if periods == 1 else 'periods'} of {stops_text}")
+    return replace(window, period=(window.end - window.start) / periods, stops_per_period=m)
 
 
 def _between_stops(stops: Stops, first: int, last: int, what: str) -> Window:
@@ -108,6 +109,7 @@ def _between_stops(stops: Stops, first: int, last: int, what: str) -> Window:
     row = int(stops.rows[first])
     held = bool(stops.held[first] and stops.held[last])
     text = f"{what}, stop to stop, {start:.6g} s to {end:.6g} s"
+    text += "" if held else "; mean speed between the communication points after them"
     return Window(start, end, row, int(stops.rows[last]), row, text, held=held)
 
 

@@ -38,7 +38,7 @@ def record(slips: list[Slip], times: np.ndarray) -> Result:
     """What a plant would put out at the communication points `times`."""
     names = (
         "bit_speed", "bit_angle", "bit_speed_max", "bit_speed_min", "stuck_time", "last_stop_time",
-        "last_release_time", "slip_count",
+        "last_release_time", "slip_count", "bit_stuck",
     )  # fmt: skip
     rows = []
     for before, t in zip([times[0], *times[:-1]], times, strict=True):
@@ -52,6 +52,7 @@ def record(slips: list[Slip], times: np.ndarray) -> Result:
                 max([times[0], *(slip.stop for slip in slips if slip.stop <= t)]),
                 max([times[0], *(slip.release for slip in slips if slip.release <= t)]),
                 sum(slip.release <= t for slip in slips),
+                not any(slip.release <= t < slip.stop for slip in slips),
             )
         )
     columns = {f"plant.{name}": np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}

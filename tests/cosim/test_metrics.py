@@ -97,10 +97,27 @@ def test_stops_that_do_not_repeat_give_no_period() -> None:
 
 
 def test_stops_lost_within_a_step_are_noticed() -> None:
-    found = measure(record(cycle(PERIOD, [LONG], 20), times(4.0, 60.0)))
+    found = measure(record(cycle(PERIOD, [LONG], 20), times(7.0, 63.0)))
     assert found is not None
     assert found.period is None
     assert "too long to show every stop" in found.window
+
+
+@pytest.mark.parametrize("step", [1.9, 2.0, 4.0])
+def test_steps_longer_than_a_slip_lose_no_digit(step: float) -> None:
+    found = measure(record(cycle(PERIOD, [LONG], 40), times(step, 120.0)))
+    assert found is not None
+    assert found.period == pytest.approx(PERIOD, rel=1e-12)
+    assert found.stuck_fraction == pytest.approx(1.0 - 1.6 / PERIOD, rel=1e-10)
+    assert found.mean_speed == pytest.approx(MEAN, rel=1e-10)
+
+
+def test_stops_lost_long_ago_do_not_matter() -> None:
+    early = cycle(0.2, [Slip(0.05, 0.1, 1.0)], 4)
+    late = [Slip(slip.release + 2.0, slip.stop + 2.0, slip.peak) for slip in cycle(PERIOD, [LONG], 10)]
+    found = measure(record(early + late, times(0.9, 36.0)))
+    assert found is not None
+    assert found.period == pytest.approx(PERIOD, rel=1e-12)
 
 
 def test_a_component_without_a_bit_is_not_measured() -> None:

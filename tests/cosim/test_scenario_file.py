@@ -131,11 +131,22 @@ def test_every_scenario_that_comes_with_the_package_loads_and_has_a_plant() -> N
         assert scenario.title
 
 
-def test_a_missing_fmu_names_the_command_that_makes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(FmuFileError, match=r"NoSuch\.fmu is not in .*`python build_fmu\.py` makes the FMUs"):
-        locate_fmu("NoSuch", "native")
+def test_a_missing_fmu_is_refused_with_where_it_was_looked_for() -> None:
+    with pytest.raises(FmuFileError, match=r"Xyz\.fmu is not in .*native"):
+        locate_fmu("Xyz", "native")
     with pytest.raises(InputError, match="there is no packaging 'natve'; did you mean 'native'"):
-        locate_fmu("NoSuch", "natve")
+        locate_fmu("Xyz", "natve")
+
+
+def test_a_missing_fmu_names_what_makes_it_or_the_one_that_may_be_meant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cosim.locate._folders", lambda packaging: [tmp_path])
+    with pytest.raises(FmuFileError, match=r"Plent\.fmu is not in .*; `python build_fmu\.py` makes the FMUs"):
+        locate_fmu("Plent", "native")
+    (tmp_path / "Plant.fmu").touch()
+    with pytest.raises(FmuFileError, match=r"Plent\.fmu is not in .*; did you mean 'Plant'\?"):
+        locate_fmu("Plent", "native")
 
 
 def test_fmus_are_found_in_the_working_directory_before_the_package_and_by_the_environment_first(

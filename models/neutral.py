@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 from models.bit import Bit, BitLaw
@@ -203,8 +203,17 @@ class DrillstringNeutral:
             "bit": self.bit.state(),
             "place": list(self.place),
             "range": [self.least, self.greatest],
-            "friction": [self.parameters.c_b, self.parameters.mu_cb, self.parameters.mu_sb, self.parameters.gamma_b],
+            "parameters": asdict(self.parameters),
+            "cells": self.cells,
+            "start": self.clock.start,
         }
+
+    @classmethod
+    def restored(cls, state: dict[str, Any]) -> DrillstringNeutral:
+        """Return the plant that :meth:`state` was asked of, as it was then."""
+        plant = cls(DrillstringParameters(**state["parameters"]), None, state["cells"], state["start"])
+        plant.restore(state)
+        return plant
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take a state of :meth:`state` back; the plant must have the same parameters and cells."""
@@ -215,8 +224,7 @@ class DrillstringNeutral:
         number, fraction = state["place"]
         self.place = (number, fraction)
         self.least, self.greatest = state["range"]
-        c_b, mu_cb, mu_sb, gamma_b = state["friction"]
-        self.parameters = replace(self.parameters, c_b=c_b, mu_cb=mu_cb, mu_sb=mu_sb, gamma_b=gamma_b)
+        self.parameters = DrillstringParameters(**state["parameters"])
         self.bit.law = BitLaw.of(self.parameters)
 
 

@@ -12,11 +12,6 @@ from functools import wraps
 from math import nan
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
-# The library gives up one reference to the main script's namespace with every instance it makes, and the second
-# instance of a script that defines nothing of its own finds it destroyed. The main script leaves one here each time
-# it is run, which is at least once per instance.
-NAMESPACES: list[dict[str, Any]] = []
-
 
 class Guarded(Protocol):
     """What a guarded method needs of its object."""

@@ -19,7 +19,7 @@ from typing import Any, ClassVar, cast
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from fmu_src.python import calls
+from fmu_src.python import calls, library
 from fmu_src.python.calls import guarded
 from fmu_src.python.table import declaration
 from fmu_src.python.values import IllegalCall, Phase, Values
@@ -43,6 +43,7 @@ class TableSlave(Fmi2Slave):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
+        library.hold(kwargs.get("resources"), self.model.name)
         # the library has put this folder first on the path for good; nothing is imported from it any more
         sys.path[:] = [entry for entry in sys.path if entry != kwargs.get("resources")]
         self.name = str(kwargs["instance_name"])
@@ -74,8 +75,8 @@ class TableSlave(Fmi2Slave):
         """
 
     @abstractmethod
-    def step(self, values: list[Any], time: float, step_size: float) -> None:
-        """Advance from `time` by `step_size` [s], the inputs in `values` held, and write the outputs there.
+    def step(self, values: list[Any], time: float, end: float) -> None:
+        """Advance from `time` to `end` [s], the inputs in `values` held, and write the outputs there.
 
         A ValueError or ArithmeticError with a sentence refuses the step; the state must then be as before it.
         """
@@ -219,12 +220,12 @@ class TableSlave(Fmi2Slave):
         """Advance the model; False, with everything as it was, if the step cannot be taken."""
         before = self.values[:]
         problem = self._obstacle(current_time, step_size)
-        problem = problem or _objection(lambda: self.step(self.values, self.time, step_size))
+        problem = problem or _objection(lambda: self.step(self.values, self.time, current_time + step_size))
         if problem is not None:
             self.values[:] = before
             self._say(Fmi2Status.discard, "logStatusDiscard", problem)
             return False
-        self.time += step_size
+        self.time = current_time + step_size
         self._tuned = False
         return True
 
@@ -237,6 +238,8 @@ class TableSlave(Fmi2Slave):
         slack = 1e-9 * max(1.0, abs(self.time)) + 1e-6 * step_size
         if not abs(current_time - self.time) <= slack:
             return f"communication point is {current_time!r} s; expected {self.time!r} s"
+        if not current_time + step_size > self.time:
+            return f"step size is {step_size!r} s; too small to be told from rounding"
         return _objection(lambda: self.check(self.values)) if self._tuned else None
 
     # Saved states: pythonfmu's own would keep the registered variables only

@@ -1,0 +1,43 @@
+/* What a model is to the FMI adapter. Each model_<Model>.c fills in these functions.
+ *
+ * `value` holds one number per variable by value reference (DS_<name> of ds_table.h); Booleans are 0 or 1, a String
+ * variable is the number of its slot in `text`. `memory` is one flat block without pointers that the adapter
+ * allocates, saves, restores and serialises as bytes. */
+#ifndef DS_MODEL_H
+#define DS_MODEL_H
+
+#include <stddef.h>
+
+#define DS_TEXT_SIZE 1024    /* bytes of a String variable, its end included */
+#define DS_MESSAGE_SIZE 512  /* bytes of a message, its end included */
+
+typedef char ds_text[DS_TEXT_SIZE];
+
+typedef enum { DS_OK, DS_DISCARD, DS_FAILED } ds_result;
+
+/* where a model says what happened: `event` receives a sentence, `reason` the sentence that explains a refusal */
+typedef struct {
+    void *owner;
+    void (*event)(void *owner, double time, const char *sentence);
+    char reason[DS_MESSAGE_SIZE];
+} ds_journal;
+
+/* bytes of `memory` with these parameters; 0 with a reason if it cannot be had */
+size_t ds_model_size(const double value[], const ds_text text[], ds_journal *journal);
+
+/* conditions between several variables; DS_DISCARD with a reason if one does not hold */
+ds_result ds_model_check(const double value[], ds_journal *journal);
+
+/* initialise `memory`, which has `size` bytes, at a time from parameters and inputs; writes the outputs to `value` */
+ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
+                         ds_journal *journal);
+
+/* go from `time` to `end` with inputs value[i] + slope[i] (t - time); writes the outputs to `value`.
+ * With DS_DISCARD nothing has changed. */
+ds_result ds_model_step(void *memory, double value[], const double slope[], double time, double end,
+                        ds_journal *journal);
+
+/* first derivative of an output at the present time; needed only if DS_OUTPUT_DERIVATIVE_ORDER is 1 */
+double ds_model_output_derivative(const void *memory, const double value[], double time, int variable);
+
+#endif

@@ -1,0 +1,296 @@
+/* The life of an instance: creation, initialisation, steps, end. FMI 2.0.4, sections 2.1 and 4.2. */
+#include "fmi2Functions.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2_instance.h"
+
+#define ANY_PHASE (PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP | PHASE_TERMINATED)
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
+
+static void log_event(void *owner, double time, const char *sentence)
+{
+    (void)time;
+    ds_tell(owner, fmi2OK, LOG_EVENTS, "%s", sentence);
+}
+
+static void set_logging(ds_instance *instance, int on)
+{
+    for (int i = 0; i < DS_LOG_CATEGORIES; ++i) {
+        instance->logging[i] = on;
+    }
+    instance->journal.event = on ? log_event : NULL;
+}
+
+/* refuse an instantiation with a sentence */
+static fmi2Component refuse(const fmi2CallbackFunctions *functions, const char *name, const char *sentence)
+{
+    if (functions != NULL && functions->logger != NULL) {
+        functions->logger(functions->componentEnvironment, name, fmi2Error, "logStatusError", "%s", sentence);
+    }
+    return NULL;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on)
+{
+    (void)resources;
+    (void)visible;
+    if (name == NULL || name[0] == '\0') {
+        return refuse(functions, "?", "fmi2Instantiate needs an instance name");
+    }
+    if (functions == NULL) {
+        return NULL;
+    }
+    if (type != fmi2CoSimulation) {
+        return refuse(functions, name, DS_MODEL " is for co-simulation only");
+    }
+    if (guid == NULL || strcmp(guid, DS_GUID) != 0) {
+        return refuse(functions, name, "the GUID is not that of this binary, " DS_GUID);
+    }
+    ds_instance *const instance = calloc(1, sizeof *instance);
+    char *const copy = malloc(strlen(name) + 1);
+    if (instance == NULL || copy == NULL) {
+        free(instance);
+        free(copy);
+        return refuse(functions, name, "no memory for an instance");
+    }
+    instance->name = strcpy(copy, name);
+    instance->callbacks = *functions;
+    instance->journal.owner = instance;
+    set_logging(instance, logging_on != fmi2False);
+    ds_instance_defaults(instance);
+    return instance;
+}
+
+void fmi2FreeInstance(fmi2Component c)
+{
+    ds_instance *const instance = c;
+    if (instance != NULL) {
+        free(instance->memory);
+        free(instance->name);
+        free(instance);
+    }
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
+{
+    ds_instance *const instance = c;
+    if (!ds_legal(instance, "fmi2SetDebugLogging", ANY_PHASE)) {
+        return fmi2Error;
+    }
+    if (n == 0) {
+        set_logging(instance, on != fmi2False);
+        return fmi2OK;
+    }
+    for (size_t i = 0; i < n; ++i) {
+        int found = -1;
+        for (int k = 0; categories != NULL && categories[i] != NULL && k < DS_LOG_CATEGORIES; ++k) {
+            found = strcmp(categories[i], ds_log_categories[k]) == 0 ? k : found;
+        }
+        if (found < 0) {
+            return ds_tell(instance, fmi2Error, LOG_ERROR, "fmi2SetDebugLogging: there is no log category \"%s\"",
+                           categories == NULL || categories[i] == NULL ? "" : categories[i]);
+        }
+        instance->logging[found] = on != fmi2False;
+    }
+    instance->journal.event = instance->logging[LOG_EVENTS] || instance->logging[LOG_ALL] ? log_event : NULL;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
+                               fmi2Boolean stop_time_defined, fmi2Real stop_time)
+{
+    ds_instance *const instance = c;
+    (void)tolerance_defined;
+    (void)tolerance;
+    if (!ds_legal(instance, "fmi2SetupExperiment", PHASE_INSTANTIATED)) {
+        return fmi2Error;
+    }
+    if (!isfinite(start_time)) {
+        return ds_tell(instance, fmi2Error, LOG_ERROR, "start time is %.17g s; expected a finite value", start_time);
+    }
+    if (stop_time_defined && !(stop_time > start_time)) {
+        return ds_tell(instance, fmi2Error, LOG_ERROR, "stop time is %.17g s; expected it after the start time %.17g s",
+                       stop_time, start_time);
+    }
+    instance->now.time = start_time;
+    instance->now.experiment_set = 1;
+    instance->now.stale = 1;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    ds_instance *const instance = c;
+    if (!ds_legal(instance, "fmi2EnterInitializationMode", PHASE_INSTANTIATED)) {
+        return fmi2Error;
+    }
+    instance->now.phase = PHASE_INITIALIZATION;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    ds_instance *const instance = c;
+    if (!ds_legal(instance, "fmi2ExitInitializationMode", PHASE_INITIALIZATION)) {
+        return fmi2Error;
+    }
+    const fmi2Status status = ds_refresh(instance);
+    if (status == fmi2OK) {
+        instance->now.phase = PHASE_STEP;
+    }
+    return status;
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    ds_instance *const instance = c;
+    if (!ds_legal(instance, "fmi2Terminate", PHASE_STEP)) {
+        return fmi2Error;
+    }
+    instance->now.phase = PHASE_TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    ds_instance *const instance = c;
+    if (!ds_legal(instance, "fmi2Reset", ANY_PHASE)) {
+        return fmi2Error;
+    }
+    ds_instance_defaults(instance);
+    return fmi2OK;
+}
+
+/* whether a step from a communication point can be begun; says why not */
+static int step_fits(const ds_instance *instance, double point, double step)
+{
+    const double time = instance->now.time;
+    if (!(step > 0.0) || !isfinite(step)) {
+        ds_tell(instance, fmi2Discard, LOG_DISCARD, "step size is %.17g s; expected a finite value > 0", step);
+        return 0;
+    }
+    /* importers that add up their step size drift from t0 + k h by rounding */
+    if (!(fabs(point - time) <= 1e-9 * fmax(1.0, fabs(time)) + 1e-6 * step)) {
+        ds_tell(instance, fmi2Discard, LOG_DISCARD, "communication point is %.17g s; expected %.17g s", point, time);
+        return 0;
+    }
+    if (!(point + step > time)) {
+        ds_tell(instance, fmi2Discard, LOG_DISCARD, "step size is %.17g s; too small to be told from rounding", step);
+        return 0;
+    }
+    return 1;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real step, fmi2Boolean no_set_state_prior)
+{
+    ds_instance *const instance = c;
+    (void)no_set_state_prior;
+    if (!ds_legal(instance, "fmi2DoStep", PHASE_STEP)) {
+        return fmi2Error;
+    }
+    ds_values *const now = &instance->now;
+    ds_journal *const journal = &instance->journal;
+    if (!step_fits(instance, point, step)) {
+        return fmi2Discard;
+    }
+    journal->reason[0] = '\0';
+    ds_result result = ds_model_check(now->value, journal);
+    if (result == DS_OK) {
+        result = ds_model_step(instance->memory, now->value, now->slope, now->time, point + step, journal);
+    }
+    if (result != DS_OK) {
+        return ds_tell(instance, fmi2Discard, LOG_DISCARD, "%s", journal->reason);
+    }
+    now->time = point + step;
+    memset(now->slope, 0, sizeof now->slope);
+    return fmi2OK;
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    ds_instance *const instance = c;
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    return ds_tell(instance, fmi2Error, LOG_ERROR, "fmi2CancelStep: no step is ever pending");
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,
+                                        const fmi2ValueReference known[], size_t n_known, const fmi2Real seed[],
+                                        fmi2Real sensitivity[])
+{
+    ds_instance *const instance = c;
+    (void)unknown;
+    (void)n_unknown;
+    (void)known;
+    (void)n_known;
+    (void)seed;
+    (void)sensitivity;
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    return ds_tell(instance, fmi2Error, LOG_ERROR, "fmi2GetDirectionalDerivative is not provided");
+}
+
+/* what fmi2GetXXXStatus answers for anything this FMU has no status of */
+static fmi2Status no_status(ds_instance *instance)
+{
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    return ds_tell(instance, fmi2Discard, LOG_DISCARD, "there is no such status: steps are never pending");
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)kind;
+    (void)value;
+    return no_status(c);
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    const ds_instance *const instance = c;
+    if (instance == NULL || kind != fmi2LastSuccessfulTime || value == NULL) {
+        return no_status(c);
+    }
+    *value = instance->now.time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)kind;
+    (void)value;
+    return no_status(c);
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    if (c == NULL || kind != fmi2Terminated || value == NULL) {
+        return no_status(c);
+    }
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
+{
+    (void)kind;
+    (void)value;
+    return no_status(c);
+}

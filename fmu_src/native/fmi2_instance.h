@@ -1,0 +1,51 @@
+/* An instance of the FMU as the adapter keeps it: its phase, its values, and the memory of its model. */
+#ifndef FMI2_INSTANCE_H
+#define FMI2_INSTANCE_H
+
+#include <stdint.h>
+
+#include "ds_model.h"
+#include "ds_table.h"
+#include "fmi2FunctionTypes.h"
+
+/* the states of FMI 2.0.4, figure 11, that this FMU can be in; bits, so that a call can name those it is legal in */
+typedef enum {
+    PHASE_INSTANTIATED = 1,
+    PHASE_INITIALIZATION = 2,
+    PHASE_STEP = 4,
+    PHASE_TERMINATED = 8
+} ds_phase;
+
+/* everything that changes in time beside the memory of the model; flat, so that saving it is a copy */
+typedef struct {
+    int phase;                    /* ds_phase */
+    int experiment_set;           /* fmi2SetupExperiment has been called */
+    int stale;                    /* parameters or inputs have changed since the model was started */
+    int reserved;
+    double time;                  /* s, communication point reached */
+    double value[DS_VARIABLES];   /* one number per variable */
+    double slope[DS_VARIABLES];   /* derivatives of inputs, valid for the next step */
+    ds_text text[DS_TEXTS + 1];   /* String variables; one more, so that it is never empty */
+} ds_values;
+
+typedef struct {
+    char *name;
+    fmi2CallbackFunctions callbacks;
+    int logging[DS_LOG_CATEGORIES];
+    ds_values now;
+    void *memory;
+    size_t memory_size;
+    ds_journal journal;
+} ds_instance;
+
+enum { LOG_EVENTS, LOG_WARNING, LOG_DISCARD, LOG_ERROR, LOG_ALL };
+
+/* log a message with a status and give the status back; refusals and errors are always logged */
+fmi2Status ds_tell(const ds_instance *instance, fmi2Status status, int category, const char *format, ...);
+void ds_instance_defaults(ds_instance *instance);
+/* whether a call is legal in the present phase; says so if not */
+int ds_legal(const ds_instance *instance, const char *call, int phases);
+/* start the model if parameters or inputs have changed since; for the initialization mode */
+fmi2Status ds_refresh(ds_instance *instance);
+
+#endif

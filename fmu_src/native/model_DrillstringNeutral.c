@@ -1,0 +1,131 @@
+/* The plant as an FMU: values by value reference to and from the core. */
+#include <math.h>
+#include <stdio.h>
+
+#include "ds_model.h"
+#include "ds_neutral.h"
+#include "ds_table.h"
+
+typedef struct {
+    ds_neutral model;
+    ds_neutral_state state;
+} block;
+
+static ds_parameters parameters_of(const double value[])
+{
+    const ds_parameters p = {
+        value[DS_G],   value[DS_J],   value[DS_I],   value[DS_L],     value[DS_I_B],   value[DS_c_a],
+        value[DS_R_b], value[DS_v_f], value[DS_c_b], value[DS_mu_cb], value[DS_mu_sb], value[DS_gamma_b],
+    };
+    return p;
+}
+
+size_t ds_model_size(const double value[], const ds_text text[], ds_journal *journal)
+{
+    const ds_parameters p = parameters_of(value);
+    const double cells = value[DS_cells] > 0.0 ? value[DS_cells] : p.L * sqrt(p.I / (p.G * p.J)) / 0.0005;
+    (void)text;
+    if (cells > 1e7) {
+        snprintf(journal->reason, sizeof journal->reason,
+                 "the travel time of the string asks for %.3g cells; expected at most 1e7: set cells or a shorter L",
+                 cells);
+        return 0;
+    }
+    return offsetof(block, state) + ds_neutral_state_size(ds_neutral_cells(&p, (int)value[DS_cells]));
+}
+
+ds_result ds_model_check(const double value[], ds_journal *journal)
+{
+    if (value[DS_mu_sb] < value[DS_mu_cb]) {
+        snprintf(journal->reason, sizeof journal->reason, "mu_sb is %.17g; expected at least mu_cb = %.17g",
+                 value[DS_mu_sb], value[DS_mu_cb]);
+        return DS_DISCARD;
+    }
+    return DS_OK;
+}
+
+static void write_outputs(const block *plant, double value[])
+{
+    ds_neutral_outputs o;
+    ds_neutral_read(&plant->model, &plant->state, &o);
+    value[DS_bit_speed] = o.bit_speed;
+    value[DS_top_speed] = o.top_speed;
+    value[DS_bit_torque] = o.bit_torque;
+    value[DS_top_torque] = o.top_torque;
+    value[DS_bit_angle] = o.bit_angle;
+    value[DS_top_angle] = o.top_angle;
+    value[DS_bit_stuck] = o.bit_stuck;
+    value[DS_energy] = o.energy;
+    value[DS_bit_speed_min] = o.bit_speed_min;
+    value[DS_bit_speed_max] = o.bit_speed_max;
+    value[DS_stuck_time] = o.stuck_time;
+    value[DS_slip_count] = o.slip_count;
+    value[DS_last_stop_time] = o.last_stop_time;
+    value[DS_last_release_time] = o.last_release_time;
+    value[DS_work_in] = o.work_in;
+    value[DS_bit_loss] = o.bit_loss;
+    value[DS_cells_used] = o.cells_used;
+    value[DS_breaks_folded] = o.breaks_folded;
+    value[DS_folded_energy] = o.folded_energy;
+}
+
+ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
+                         ds_journal *journal)
+{
+    block *const plant = memory;
+    const ds_parameters p = parameters_of(value);
+    (void)size;
+    (void)text;
+    (void)journal;
+    ds_neutral_build(&plant->model, &p, (int)value[DS_cells], time);
+    ds_neutral_start(&plant->model, &plant->state, value[DS_initial_speed], value[DS_initial_torque], value[DS_Omega],
+                     value[DS_WOB]);
+    write_outputs(plant, value);
+    return DS_OK;
+}
+
+/* say which stops and releases a step has seen; of several, the last */
+static void report_events(const double before[3], const double value[], double end, ds_journal *journal)
+{
+    char sentence[DS_MESSAGE_SIZE];
+    if (value[DS_slip_count] > before[0]) {
+        snprintf(sentence, sizeof sentence, "the bit breaks loose at t = %.9g s, release number %.0f",
+                 value[DS_last_release_time], value[DS_slip_count]);
+        journal->event(journal->owner, end, sentence);
+    }
+    if (value[DS_last_stop_time] > before[1]) {
+        snprintf(sentence, sizeof sentence, "the bit sticks at t = %.9g s", value[DS_last_stop_time]);
+        journal->event(journal->owner, end, sentence);
+    }
+    if (before[2] == 0.0 && value[DS_breaks_folded] > 0.0) {
+        journal->event(journal->owner, end, "more breaks are under way than can be kept: the weakest are folded");
+    }
+}
+
+ds_result ds_model_step(void *memory, double value[], const double slope[], double time, double end,
+                        ds_journal *journal)
+{
+    block *const plant = memory;
+    const double before[3] = {value[DS_slip_count], value[DS_last_stop_time], value[DS_breaks_folded]};
+    const double last_weight = value[DS_WOB] + slope[DS_WOB] * (end - time);
+    if (last_weight < 0.0) {
+        snprintf(journal->reason, sizeof journal->reason,
+                 "WOB falls to %.6g N at the end of the step by its derivative of %.6g N/s; expected at least 0",
+                 last_weight, slope[DS_WOB]);
+        return DS_DISCARD;
+    }
+    const ds_parameters p = parameters_of(value);
+    const ds_parameters *const old = &plant->model.parameters;
+    if (p.c_b != old->c_b || p.mu_cb != old->mu_cb || p.mu_sb != old->mu_sb || p.gamma_b != old->gamma_b) {
+        ds_neutral_set_friction(&plant->model, &plant->state, &p);
+        plant->model.parameters = p;
+    }
+    ds_neutral_set_inputs(&plant->model, &plant->state, value[DS_Omega], value[DS_WOB], slope[DS_Omega],
+                          slope[DS_WOB]);
+    ds_neutral_advance(&plant->model, &plant->state, end);
+    write_outputs(plant, value);
+    if (journal->event != NULL) {
+        report_events(before, value, end, journal);
+    }
+    return DS_OK;
+}

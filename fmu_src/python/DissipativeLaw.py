@@ -1,0 +1,48 @@
+"""The drive speed law of eq. (9) as a pythonfmu slave."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fmu_src.interface import DISSIPATIVE_LAW
+from fmu_src.python.slave import TableSlave
+from models.laws import DissipativeLaw as Law
+
+_AT = {variable.name: index for index, variable in enumerate(DISSIPATIVE_LAW.variables)}
+
+
+class DissipativeLaw(TableSlave):
+    """Omega from the speeds at both ends."""
+
+    model = DISSIPATIVE_LAW
+
+    def start(self, values: list[Any], time: float) -> None:
+        """Answer the inputs as they are."""
+        self._answer(values)
+
+    def step(self, values: list[Any], time: float, end: float) -> None:
+        """Answer the inputs as they are."""
+        self._answer(values)
+
+    def _answer(self, values: list[Any]) -> None:
+        law = Law(
+            values[_AT["c_1"]],
+            values[_AT["c_2"]],
+            values[_AT["c_a"]],
+            values[_AT["c_b"]],
+            "printed" if values[_AT["form"]] == 1 else "tracking",
+            values[_AT["Omega_max"]],
+            values[_AT["top_speed_min"]],
+        )
+        inputs = (values[_AT[name]] for name in ("top_speed", "bit_speed", "bit_speed_ref", "bit_torque_ref"))
+        command = law.command(*inputs)
+        values[_AT["Omega"]] = command.omega
+        values[_AT["guard_active"]] = command.guard_active
+        values[_AT["limit_active"]] = command.limit_active
+
+    def state(self) -> object:
+        """Return None: the law has no memory."""
+        return None
+
+    def restore(self, state: Any) -> None:
+        """Take nothing over."""

@@ -1,0 +1,70 @@
+"""The plant as a pythonfmu slave: values by value reference to and from `models.neutral`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from typing import Any
+
+from fmu_src.interface import DRILLSTRING_NEUTRAL
+from fmu_src.python.slave import TableSlave
+from models.neutral import DrillstringNeutral as Plant
+from models.neutral import InitialState, Outputs
+from models.parameters import DrillstringParameters
+
+_AT = {variable.name: index for index, variable in enumerate(DRILLSTRING_NEUTRAL.variables)}
+_PARAMETERS = tuple(field.name for field in fields(DrillstringParameters))
+_TUNABLE = ("c_b", "mu_cb", "mu_sb", "gamma_b")
+MOST_CELLS = 1e7
+
+
+class DrillstringNeutral(TableSlave):
+    """The drillstring with inputs Omega and WOB."""
+
+    model = DRILLSTRING_NEUTRAL
+
+    def check(self, values: Sequence[Any]) -> str | None:
+        """Return what is wrong between the friction coefficients."""
+        if values[_AT["mu_sb"]] < values[_AT["mu_cb"]]:
+            return f"mu_sb is {values[_AT['mu_sb']]}; expected at least mu_cb = {values[_AT['mu_cb']]}"
+        return None
+
+    def start(self, values: list[Any], time: float) -> None:
+        """Build the plant at rest or in uniform rotation."""
+        parameters = DrillstringParameters(**{name: values[_AT[name]] for name in _PARAMETERS})
+        cells = int(values[_AT["cells"]])
+        if cells == 0 and parameters.travel_time / 0.0005 > MOST_CELLS:
+            raise ValueError(
+                f"the travel time of the string asks for {parameters.travel_time / 0.0005:.3g} cells; "
+                "expected at most 1e7: set cells or a shorter L"
+            )
+        initial = InitialState(values[_AT["initial_speed"]], values[_AT["initial_torque"]])
+        self.plant = Plant(parameters, initial, cells, time, values[_AT["Omega"]], values[_AT["WOB"]])
+        self._write(values)
+
+    def step(self, values: list[Any], time: float, end: float) -> None:
+        """Advance the plant with the inputs held."""
+        plant = self.plant
+        friction = {name: values[_AT[name]] for name in _TUNABLE}
+        if any(friction[name] != getattr(plant.parameters, name) for name in _TUNABLE):
+            plant.set_friction(replace(plant.parameters, **friction))
+        plant.set_inputs(values[_AT["Omega"]], values[_AT["WOB"]])
+        before = plant.bit.slips, plant.bit.last_stop
+        plant.advance(end)
+        self._write(values)
+        if plant.bit.slips > before[0]:
+            self.event(f"the bit breaks loose at t = {plant.bit.last_release:.9g} s, release number {plant.bit.slips}")
+        if plant.bit.last_stop > before[1]:
+            self.event(f"the bit sticks at t = {plant.bit.last_stop:.9g} s")
+
+    def _write(self, values: list[Any]) -> None:
+        for name, value in zip(Outputs._fields, self.plant.outputs(), strict=True):
+            values[_AT[name]] = value
+
+    def state(self) -> object:
+        """Return the state of the plant, the waves under way included."""
+        return self.plant.state()
+
+    def restore(self, state: Any) -> None:
+        """Rebuild the plant that was saved."""
+        self.plant = Plant.restored(state)

@@ -42,12 +42,9 @@ def build(model: Model, packaging: Packaging, targets: Sequence[Target], output:
         "documentation/index.html": documentation_page(model, packaging),
         "documentation/licenses/license.txt": project.license_text().encode("utf-8"),
     }
-    if packaging is Packaging.NATIVE:
-        files = _native(model, targets, documents)
-        runs_here = native_build.host_target() in targets
-    else:
-        files = _python(model, documents)
-        runs_here = True
+    files = _native(model, targets, documents) if packaging is Packaging.NATIVE else _python(model, documents)
+    here = f"binaries/{native_build.host_target().folder}/"
+    runs_here = any(name.startswith(here) for name in files)
     path = output / packaging.value / f"{model.name}.fmu"
     packing.place(files, path, runs_here=runs_here)
     return path

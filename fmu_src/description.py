@@ -71,7 +71,7 @@ def _capabilities(model: Model, packaging: Packaging) -> dict[str, str]:
         "maxOutputDerivativeOrder": model.output_derivative_order if native else 0,
         "canRunAsynchronuously": False,
         "canBeInstantiatedOnlyOncePerProcess": False,
-        "canNotUseMemoryManagementFunctions": not native,
+        "canNotUseMemoryManagementFunctions": True,
         "canGetAndSetFMUstate": True,
         "canSerializeFMUstate": True,
         "providesDirectionalDerivative": False,

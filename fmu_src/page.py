@@ -21,9 +21,9 @@ LIMITS: dict[Packaging, tuple[str, ...]] = {
         "The same inputs give the same bits on every platform, and the same as the python packaging.",
     ),
     Packaging.PYTHON: (
-        "This packaging is made to be read and changed. It needs an importer that runs in Python 3.11 or later, or "
-        "that has loaded the library of one, and no other package of it. Without one, use the native packaging: "
-        "same variables, same bits.",
+        "This packaging is made to be read and changed: the sources are in resources/. It needs Linux or Windows on "
+        "x86-64 and an importer that runs in Python 3.11 or later, or that has loaded the library of one; no other "
+        "package is needed. Anywhere else, use the native packaging: same variables, same bits.",
         "The library of pythonfmu can refuse nothing but a step. A value out of its range or not finite, or an "
         "illegal call, is logged and changes nothing, and every step is refused with fmi2Discard until a fitting "
         "value has been set, or, after an illegal call, until a reset or a restored state. Outputs of a model that "

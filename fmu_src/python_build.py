@@ -12,10 +12,10 @@ from fmu_src.schema import Model
 MAIN = '''\
 """The script that pythonfmu's library runs: once to import it, and once more for every instance."""
 
-from {package}.fmu_src.python import calls
+from {package}.fmu_src.python import library
 from {package}.fmu_src.python.{model} import {model}
 
-calls.NAMESPACES.append(globals())
+library.keep(globals())
 '''
 
 

@@ -1,0 +1,1 @@
+"""Tests of what goes into the FMUs and of what builds them."""

@@ -1,0 +1,88 @@
+"""FMUs to test with, and a way to call them that keeps what they log."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import pytest
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+
+from fmu_src import bundle
+from fmu_src.building import build
+from fmu_src.description import Packaging
+from tests.fmu_src.gauge import GAUGE
+
+Message = tuple[str, int, str, str]
+
+
+class Instance:
+    """An instance of an FMU: what fmpy offers, and `logged`, which holds (instance, status, category, message)."""
+
+    def __init__(self, folder: str, name: str) -> None:
+        description = fmpy.read_model_description(folder)
+        self.slave = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        self.logged: list[Message] = []
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        self.slave.instantiate(callbacks=callbacks, loggingOn=True)
+
+    def _log(self, _: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
+        self.logged.append((name.decode(), status, category.decode(), message.decode()))
+
+    def initialize(self, start: float = 0.0) -> None:
+        self.slave.setupExperiment(startTime=start)
+        self.slave.enterInitializationMode()
+        self.slave.exitInitializationMode()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.slave, name)
+
+
+@pytest.fixture
+def instantiate() -> Iterator[Callable[..., Instance]]:
+    """Make instances of an FMU file: instantiate(path, name); all are freed at the end."""
+    folders: dict[Path, str] = {}
+    instances: list[Instance] = []
+
+    def make(path: Path, name: str = "instance") -> Instance:
+        if path not in folders:
+            folders[path] = fmpy.extract(str(path))
+        instances.append(Instance(folders[path], name))
+        return instances[-1]
+
+    yield make
+    for instance in instances:
+        instance.fmi2FreeInstance(instance.component)
+    for folder in folders.values():
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def gauge_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the gauge in the python packaging."""
+    return build_gauge(tmp_path_factory.mktemp("gauge"), Path(__file__).with_name("gauge.py"))
+
+
+def build_gauge(output: Path, source: Path) -> Path:
+    """Build the gauge from a source of its own."""
+    locate = bundle._locate
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bundle, "_locate", lambda name: source if name == "fmu_src.python.Gauge" else locate(name))
+        return build(GAUGE, Packaging.PYTHON, [], output)

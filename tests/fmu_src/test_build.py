@@ -1,0 +1,123 @@
+"""build_fmu.py through the front door, and the FMUs it makes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+
+from fmu_src import project
+from fmu_src.interface import MODELS
+
+PACKAGINGS = ("native", "python")
+
+
+def run(root: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run build_fmu.py of a source tree with the compiler's cache of this one."""
+    cache = project.ROOT / "build" / "zig"
+    environment = os.environ | {"ZIG_GLOBAL_CACHE_DIR": str(cache / "global"), "NO_COLOR": "1", "COLUMNS": "200"}
+    command = [sys.executable, str(root / "build_fmu.py"), *map(str, arguments)]
+    return subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=False)
+
+
+def copy_sources(to: Path) -> Path:
+    """Copy what the FMUs are made from to another place."""
+    to.mkdir(parents=True)
+    skip = shutil.ignore_patterns("__pycache__")
+    for folder in ("fmu_src", "models"):
+        shutil.copytree(project.ROOT / folder, to / folder, ignore=skip)
+    for name in ("build_fmu.py", "pyproject.toml", "LICENSE"):
+        shutil.copy(project.ROOT / name, to)
+    return to
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    output = tmp_path_factory.mktemp("built")
+    done = run(project.ROOT, "--output", output)
+    assert done.returncode == 0, done.stderr
+    return output
+
+
+@pytest.mark.parametrize("packaging", PACKAGINGS)
+@pytest.mark.parametrize("name", MODELS)
+def test_every_fmu_keeps_to_the_standard(built: Path, packaging: str, name: str) -> None:
+    assert validate_fmu(str(built / packaging / f"{name}.fmu")) == []
+
+
+@pytest.mark.parametrize("packaging", PACKAGINGS)
+@pytest.mark.parametrize("name", MODELS)
+def test_every_fmu_carries_its_page_and_its_licence(built: Path, packaging: str, name: str) -> None:
+    with zipfile.ZipFile(built / packaging / f"{name}.fmu") as archive:
+        names = archive.namelist()
+        assert name in archive.read("documentation/index.html").decode()
+        assert archive.read("documentation/licenses/license.txt").startswith(b"MIT License")
+    assert not [name for name in names if name.startswith("/") or ".." in name or "__pycache__" in name]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_both_packagings_have_the_same_variables(built: Path, name: str) -> None:
+    tables = [
+        [(v.name, v.valueReference, v.type, v.causality, v.variability, v.unit, v.start, v.min, v.max) for v in found]
+        for found in (
+            fmpy.read_model_description(str(built / packaging / f"{name}.fmu")).modelVariables
+            for packaging in PACKAGINGS
+        )
+    ]
+    assert tables[0] == tables[1]
+
+
+def test_another_build_in_another_place_gives_the_same_bytes(built: Path, tmp_path: Path) -> None:
+    elsewhere = copy_sources(tmp_path / "some where" / "else")
+    done = run(elsewhere, "--output", tmp_path / "output")
+    assert done.returncode == 0, done.stderr
+    for path in sorted(built.rglob("*.fmu")):
+        assert (tmp_path / "output" / path.relative_to(built)).read_bytes() == path.read_bytes(), path
+
+
+def test_an_edit_changes_the_identity(built: Path, tmp_path: Path) -> None:
+    elsewhere = copy_sources(tmp_path / "edited")
+    for source in ("fmu_src/native/model_WeightOnBitLaw.c", "fmu_src/python/WeightOnBitLaw.py"):
+        path = elsewhere / source
+        path.write_text(path.read_text() + "\n")
+    done = run(elsewhere, "--output", tmp_path / "output", "WeightOnBitLaw")
+    assert done.returncode == 0, done.stderr
+    for packaging in PACKAGINGS:
+        paths = [folder / packaging / "WeightOnBitLaw.fmu" for folder in (built, tmp_path / "output")]
+        guids = [fmpy.read_model_description(str(path)).guid for path in paths]
+        assert guids[0] != guids[1]
+
+
+def test_a_build_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
+    elsewhere = copy_sources(tmp_path / "broken")
+    with (elsewhere / "fmu_src" / "native" / "fmi2.c").open("a") as file:
+        file.write("int broken(void) { return }\n")
+    place = tmp_path / "output" / "native"
+    place.mkdir(parents=True)
+    (place / "WeightOnBitLaw.fmu").write_text("old")
+    done = run(elsewhere, "--output", tmp_path / "output", "--packaging", "native", "WeightOnBitLaw")
+    assert done.returncode == 1
+    assert "WeightOnBitLaw: the C code does not compile" in done.stderr
+    assert "fmi2.c:" in done.stderr
+    assert [path.read_text() for path in place.iterdir()] == ["old"]
+
+
+def test_an_unknown_model_is_refused_with_the_list(tmp_path: Path) -> None:
+    done = run(project.ROOT, "--output", tmp_path / "output", "WeightOnBitLaw", "Drillstring")
+    assert done.returncode == 2
+    assert "Drillstring: no such model; expected any of DrillstringNeutral, DissipativeLaw" in done.stderr
+    assert not (tmp_path / "output").exists()
+
+
+def test_an_output_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    done = run(project.ROOT, "--output", tmp_path / "file", "--packaging", "python", "WeightOnBitLaw")
+    assert done.returncode == 1
+    assert "choose another folder with --output" in done.stderr

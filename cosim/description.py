@@ -75,7 +75,6 @@ class Description:
     can_vary_step: bool = True
     can_interpolate_inputs: bool = False
     once_per_process: bool = False
-    log_categories: tuple[str, ...] = ()
 
     @cached_property
     def by_name(self) -> Mapping[str, Variable]:
@@ -116,7 +115,6 @@ def read_description(path: Path) -> Description:
         can_vary_step=slave.canHandleVariableCommunicationStepSize,
         can_interpolate_inputs=slave.canInterpolateInputs,
         once_per_process=slave.canBeInstantiatedOnlyOncePerProcess,
-        log_categories=tuple(str(category.name) for category in read.logCategories),
     )
 
 

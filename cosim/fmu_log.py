@@ -18,7 +18,6 @@ import fmpy.fmi2 as fmi2  # pyright: ignore[reportMissingTypeStubs]
 
 _LEVELS = (logging.DEBUG, logging.WARNING, logging.WARNING, logging.ERROR, logging.CRITICAL, logging.INFO)
 _DISCARD = 2
-_QUIET_CATEGORIES = ("logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal")
 _journals: dict[int, Journal] = {}
 _keys = itertools.count(1)
 
@@ -49,11 +48,6 @@ class Journal:
         self.callbacks.componentEnvironment = self._key
         _fill_in_arguments(self.callbacks)
 
-    @property
-    def verbose(self) -> bool:
-        """Whether somebody listens to more than warnings and errors."""
-        return self.logger.isEnabledFor(logging.DEBUG)
-
     def take(self, status: int, category: str, message: str) -> None:
         """Log one message, and keep it if it says why a call fails."""
         level = _LEVELS[status] if 0 <= status < len(_LEVELS) else logging.ERROR
@@ -64,10 +58,6 @@ class Journal:
     def failure(self) -> str:
         """Return the messages that came with failures, in one line."""
         return "; ".join(dict.fromkeys(" ".join(message.split()) for message in self._failures))
-
-    def quiet_categories(self, declared: tuple[str, ...]) -> list[str]:
-        """Return those of an FMU's log categories that concern warnings and errors."""
-        return [category for category in declared if category in _QUIET_CATEGORIES]
 
     def close(self) -> None:
         """Receive no more."""

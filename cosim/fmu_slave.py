@@ -159,19 +159,13 @@ class FmuSlave:
             self._journal.close()
 
     def _instantiate(self) -> None:
-        """Instantiate, and ask for no more messages than somebody reads."""
+        """Instantiate, with logging of all categories: some FMUs else keep to themselves why a call fails."""
         try:
-            self._fmu.instantiate(callbacks=self._journal.callbacks, loggingOn=self._journal.verbose)
+            self._fmu.instantiate(callbacks=self._journal.callbacks, loggingOn=True)
         except Exception as error:  # fmpy raises bare Exception when it gets no instance
             reason = self._journal.failure()
             self._journal.close()
             raise RunError(f"{self.name}: fmi2Instantiate failed" + (f": {reason}" if reason else "")) from error
-        quiet = self._journal.quiet_categories(self._description.log_categories)
-        if quiet and not self._journal.verbose:
-            try:
-                self._fmu.setDebugLogging(True, quiet)
-            except FMICallException as error:
-                self._journal.logger.info("%s: log categories cannot be chosen: %s", self.name, error)
 
     def _bind(self, name: str, argument_types: tuple[Any, ...]) -> Callable[..., int]:
         """Return a bare function of the library; indexing makes a new object, so fmpy's keeps its own types."""

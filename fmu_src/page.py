@@ -21,9 +21,13 @@ LIMITS: dict[Packaging, tuple[str, ...]] = {
         "The same inputs give the same bits on every platform, and the same as the python packaging.",
     ),
     Packaging.PYTHON: (
-        "This packaging is made to be read and changed: the sources are in resources/. It needs Linux or Windows on "
-        "x86-64 and an importer that runs in Python 3.11 or later, or that has loaded the library of one; no other "
-        "package is needed. Anywhere else, use the native packaging: same variables, same bits.",
+        "This packaging is made to be read: the sources are in resources/. To change it, edit the sources of the "
+        "project and build it again, which gives the modules names of their own; FMUs in one process share modules "
+        "of the same name.",
+        "It needs Linux or Windows on x86-64 and an importer that runs in Python 3.11 or later, or that has loaded "
+        "the library of one; no other package is needed. The importer must unpack it in a folder whose path holds "
+        "nothing but ASCII letters, digits, blanks and the signs - _ . ~. Anywhere else, use the native packaging: "
+        "same variables, same bits.",
         "The library of pythonfmu can refuse nothing but a step. A value out of its range or not finite, or an "
         "illegal call, is logged and changes nothing, and every step is refused with fmi2Discard until a fitting "
         "value has been set, or, after an illegal call, until a reset or a restored state. Outputs of a model that "

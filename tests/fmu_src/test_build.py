@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -72,6 +73,20 @@ def test_both_packagings_have_the_same_variables(built: Path, name: str) -> None
         )
     ]
     assert tables[0] == tables[1]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_python_fmu_needs_nothing_but_the_standard_library(built: Path, name: str) -> None:
+    imported: set[str] = set()
+    with zipfile.ZipFile(built / "python" / f"{name}.fmu") as archive:
+        for path in archive.namelist():
+            if path.endswith(".py"):
+                for node in ast.walk(ast.parse(archive.read(path))):
+                    if isinstance(node, ast.Import):
+                        imported |= {alias.name.split(".")[0] for alias in node.names}
+                    elif isinstance(node, ast.ImportFrom) and not node.level:
+                        imported.add(str(node.module).split(".")[0])
+    assert {name for name in imported - sys.stdlib_module_names if not name.startswith("drillstring_")} == set()
 
 
 def test_another_build_in_another_place_gives_the_same_bytes(built: Path, tmp_path: Path) -> None:

@@ -12,16 +12,23 @@ from dataclasses import dataclass
 from typing import Any
 
 from models.clock import SNAP, Clock, Ramp
-from models.cubic import NONE, ZERO, Cubic, extremes, first_positive, hermite, integral, restrict, subtract, value
+from models.collocation import NODES, WEIGHTS, antiderivative, correction, values
 from models.delay_line import DelayLine
 from models.exponential import exponential
 from models.parameters import DrillstringParameters
+from models.quartic import NONE, ZERO, Quartic, end_value, extremes, first_positive, integral, restrict, subtract, value
 
 SHORTEST_SLIP = 1e-9
 """A release that would stop again within this part of a piece is none: the bit stays stuck."""
 
-ROOT_STEPS = 6
-"""Newton steps that carry a stop from the interpolant to the integrator's own zero."""
+GREATEST_EXPONENT = 4.0
+"""Where the friction is continued beyond rest, its exponent is kept below this."""
+
+NEWTON_STEPS = 12
+"""Most Newton steps of a piece; two are usual."""
+
+NEWTON_LIMIT = 1e-7
+"""Correction after which no further step is taken: the next would be about its square [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +59,13 @@ class BitLaw:
             rate=parameters.gamma_b / parameters.v_f,
         )
 
-    def dry(self, weight: float, direction: int, speed: float) -> float:
-        """Return the dry friction torque of a slip in `direction` (1 or -1), continued smoothly through rest [N m]."""
-        return weight * (self.coulomb + self.excess * exponential(-self.rate * (direction * speed))) * direction
+    def fading(self, direction: int, speed: float) -> float:
+        """Return the exponential of eq. (4) in a slip in `direction` (1 or -1), continued smoothly through rest.
+
+        Beyond rest it only serves the search for the stop; there it is capped.
+        """
+        exponent = -self.rate * (direction * speed)
+        return exponential(exponent if exponent < GREATEST_EXPONENT else GREATEST_EXPONENT)
 
 
 class Bit:
@@ -66,7 +77,7 @@ class Bit:
         The piece: its cell and its fractions of the cell.
     direction : int
         1 or -1 while the bit slips that way, 0 while it is stuck.
-    arriving, turning : Cubic
+    arriving, turning : Quartic
         D(t - Gamma) and v(t) on the piece [rad/s].
     speed : float
         Bit speed at `begin` [rad/s].
@@ -131,7 +142,7 @@ class Bit:
         else:
             self.angle += duration * integral(self.turning, 1.0)
             self.loss += duration * self.power_integral(1.0)
-            self.speed = self.turning[0] + self.turning[1] + self.turning[2] + self.turning[3]
+            self.speed = end_value(self.turning)
         up.push(self.begin, self.end, subtract(self.turning, self.arriving))
         if self.stops:
             self.speed = 0.0
@@ -154,20 +165,21 @@ class Bit:
 
     def torque(self, x: float) -> float:
         """Return the torque on bit at x of the piece; the reaction of the rock while the bit is stuck [N m]."""
+        law = self.law
         if self.direction == 0:
-            return self.law.twice_impedance * value(self.arriving, x)
+            return law.twice_impedance * value(self.arriving, x)
         speed = value(self.turning, x)
-        return self.law.viscosity * speed + self.law.dry(self.weight + x * self.weight_rise, self.direction, speed)
+        dry = (self.weight + x * self.weight_rise) * (law.coulomb + law.excess * law.fading(self.direction, speed))
+        return law.viscosity * speed + dry * self.direction
 
     def power_integral(self, x: float) -> float:
-        """Return the integral of bit_torque times bit_speed from 0 to x of the piece, per unit of x [W] (Simpson)."""
+        """Return the integral of bit_torque times bit_speed from 0 to x of the piece, per unit of x [W] (Lobatto)."""
         if self.direction == 0:
             return 0.0
-        middle = 0.5 * x
-        begin = self.torque(0.0) * self.turning[0]
-        centre = self.torque(middle) * value(self.turning, middle)
-        end = self.torque(x) * value(self.turning, x)
-        return x * (0.16666666666666666 * (begin + 4.0 * centre + end))
+        total = 0.0
+        for node, weight in zip(NODES, WEIGHTS, strict=True):
+            total = total + weight * (self.torque(node * x) * value(self.turning, node * x))
+        return x * total
 
     def extremes(self, x0: float, x1: float) -> tuple[float, float]:
         """Return the least and greatest bit speed between x0 and x1 of the piece [rad/s]."""
@@ -199,68 +211,68 @@ class Bit:
             self._shorten(x, self.begin + x * (self.end - self.begin))
             self.releases = 1 if ahead <= back else -1
 
-    def _excess_torque(self) -> tuple[Cubic, Cubic]:
+    def _excess_torque(self) -> tuple[Quartic, Quartic]:
         """Return by how much the torque on the stuck bit exceeds the static friction ahead and back [N m]."""
         z = self.law.twice_impedance
-        a0, a1, a2, a3 = self.arriving
+        a0, a1, a2, a3, a4 = self.arriving
         static = self.law.static * self.weight
         rise = self.law.static * self.weight_rise
-        ahead = (z * a0 - static, z * a1 - rise, z * a2, z * a3)
-        back = (-(z * a0) - static, -(z * a1) - rise, -(z * a2), -(z * a3))
+        ahead = (z * a0 - static, z * a1 - rise, z * a2, z * a3, z * a4)
+        back = (-(z * a0) - static, -(z * a1) - rise, -(z * a2), -(z * a3), -(z * a4))
         return ahead, back
 
     def _slip(self) -> None:
         """Integrate the bit equation over the piece, or up to the place where the bit comes to rest."""
-        begin = self._acceleration(0.0, self.speed)
-        if self.speed == 0.0 and begin * self.direction < 0.0:
-            begin = 0.0  # by rounding: at a release the friction is overcome
-        speed, end = self._integrate(begin, 1.0)
-        duration = (self.end - self.begin) * self.clock.cell
-        self.turning = hermite(self.speed, speed, duration * begin, duration * end)
-        t0, t1, t2, t3 = self.turning
-        x = first_positive((-t0, -t1, -t2, -t3) if self.direction > 0 else self.turning)
+        self.turning = self._collocate()
+        t0, t1, t2, t3, t4 = self.turning
+        x = first_positive((-t0, -t1, -t2, -t3, -t4) if self.direction > 0 else self.turning)
         if x > 1.0:
             return
         if self.speed == 0.0 and x < SHORTEST_SLIP:
             self.direction = 0
             return
-        x = self._stop(begin, x)
-        end = self._acceleration(x, 0.0)
-        self.turning = hermite(self.speed, 0.0, x * duration * begin, x * duration * end)
-        self.arriving = restrict(self.arriving, 0.0, x)
-        self.weight_rise = x * self.weight_rise
-        self.end = self.begin + x * (self.end - self.begin)
+        self._shorten(x, self.begin + x * (self.end - self.begin))
         self.stops = True
 
-    def _stop(self, begin: float, x: float) -> float:
-        """Return where the integrator itself comes to rest, from the zero of its interpolant (Newton)."""
+    def _collocate(self) -> Quartic:
+        """Return the speed over the piece, by Newton's method from a constant acceleration."""
         duration = (self.end - self.begin) * self.clock.cell
-        best = x
-        for _ in range(ROOT_STEPS):
-            speed, slope = self._integrate(begin, best)
-            if slope == 0.0:
-                return x
-            best = best - speed / (slope * duration)
-            if not 0.5 * x < best <= 1.0:  # a slip from rest has a second zero, its begin
-                return x
-        return best
+        start = self.speed
+        g0, _ = self._acceleration(0.0, start)
+        g0 = duration * g0
+        if start == 0.0 and g0 * self.direction < 0.0:
+            g0 = 0.0  # by rounding: at a release the friction is overcome
+        v1, v2, v3 = start + NODES[1] * g0, start + NODES[2] * g0, start + g0
+        slopes = (g0, g0, g0, g0)
+        for _ in range(NEWTON_STEPS):
+            g1, j1 = self._acceleration(NODES[1], v1)
+            g2, j2 = self._acceleration(NODES[2], v2)
+            g3, j3 = self._acceleration(1.0, v3)
+            jacobian = (duration * j1, duration * j2, duration * j3)
+            w1, w2, w3 = values(start, (g0, duration * g1, duration * g2, duration * g3))
+            d1, d2, d3 = correction((w1 - v1, w2 - v2, w3 - v3), jacobian)
+            v1, v2, v3 = v1 + d1, v2 + d2, v3 + d3
+            slopes = (
+                g0,
+                duration * g1 + jacobian[0] * d1,
+                duration * g2 + jacobian[1] * d2,
+                duration * g3 + jacobian[2] * d3,
+            )
+            if abs(d1) <= NEWTON_LIMIT and abs(d2) <= NEWTON_LIMIT and abs(d3) <= NEWTON_LIMIT:
+                break
+        return antiderivative(start, slopes)
 
-    def _integrate(self, begin: float, x: float) -> tuple[float, float]:
-        """Return speed and acceleration at x of the piece by one Runge-Kutta step of order four from its begin."""
-        step = x * ((self.end - self.begin) * self.clock.cell)
-        half = 0.5 * step
-        middle = 0.5 * x
-        k2 = self._acceleration(middle, self.speed + half * begin)
-        k3 = self._acceleration(middle, self.speed + half * k2)
-        k4 = self._acceleration(x, self.speed + step * k3)
-        speed = self.speed + step * (0.16666666666666666 * (begin + 2.0 * (k2 + k3) + k4))
-        return speed, self._acceleration(x, speed)
-
-    def _acceleration(self, x: float, speed: float) -> float:
-        """Return dv/dt at x of the piece [rad/s^2]."""
+    def _acceleration(self, x: float, speed: float) -> tuple[float, float]:
+        """Return dv/dt at x of the piece [rad/s^2] and its derivative by the speed [1/s]."""
         law = self.law
-        dry = law.dry(self.weight + x * self.weight_rise, self.direction, speed)
-        return (law.twice_impedance * value(self.arriving, x) - law.damping * speed - dry) / law.inertia
+        weight = self.weight + x * self.weight_rise
+        fading = law.excess * law.fading(self.direction, speed)
+        dry = weight * (law.coulomb + fading) * self.direction
+        drive = law.twice_impedance * value(self.arriving, x)
+        return (
+            (drive - law.damping * speed - dry) / law.inertia,
+            (weight * fading * law.rate - law.damping) / law.inertia,
+        )
 
     def _shorten(self, x: float, fraction: float) -> None:
         """End the piece at x, which is at `fraction` of the cell."""

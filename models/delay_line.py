@@ -1,4 +1,4 @@
-"""A wave under way between the ends of the string: a queue of cubic pieces, one travel time long.
+"""A wave under way between the ends of the string: a queue of quartic pieces, one travel time long.
 
 Time is divided into cells, N to a travel time, so that a piece leaves the queue N cells after it entered, at the same
 place in its cell: the delay is exact. A piece lies inside one cell. Where nothing happens it is the whole cell; a
@@ -12,15 +12,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from models.cubic import Cubic, merge, product_integral
+from models.quartic import Quartic, merge, product_integral
 
-NEGLIGIBLE = 1e-9
+NEGLIGIBLE = 1e-10
 """Strength below which a break is folded without being counted [rad/s]."""
 
 DOUBLINGS = 40
 """A queue full of breaks keeps only those stronger than NEGLIGIBLE * 2^DOUBLINGS."""
 
-Piece = tuple[float, float, Cubic]
+Piece = tuple[float, float, Quartic]
 """Begin and end inside the cell, in [0, 1], and the wave between them [rad/s]."""
 
 
@@ -41,12 +41,22 @@ class DelayLine:
         What those folds took from the integral of the square.
     """
 
-    __slots__ = ("break_limit", "breaks", "count", "first", "folded", "folded_square", "pieces", "square", "square_rest")
+    __slots__ = (
+        "break_limit",
+        "breaks",
+        "count",
+        "first",
+        "folded",
+        "folded_square",
+        "pieces",
+        "square",
+        "square_rest",
+    )
 
     def __init__(self, cells: int, level: float) -> None:
         """Fill one travel time with a constant wave `level` [rad/s]."""
         self.break_limit = cells if cells > 64 else 64
-        empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0))
+        empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0, 0.0))
         self.pieces = [empty] * (cells + 2 + self.break_limit)
         self.first = 0
         self.count = cells
@@ -56,7 +66,7 @@ class DelayLine:
         self.folded = 0
         self.folded_square = 0.0
 
-    def push(self, begin: float, end: float, wave: Cubic) -> None:
+    def push(self, begin: float, end: float, wave: Quartic) -> None:
         """Append the next piece, or fold it into the last where the break between them is too weak to keep."""
         if begin > 0.0 and self._fold(begin, end, wave):
             return
@@ -82,7 +92,7 @@ class DelayLine:
         self._add(-((end - begin) * product_integral(wave, wave, 1.0)))
         return piece
 
-    def _fold(self, begin: float, end: float, wave: Cubic) -> bool:
+    def _fold(self, begin: float, end: float, wave: Quartic) -> bool:
         """Fold a piece into the last one if the break between them is weak; say whether it was done."""
         if self.count == 0:
             return False
@@ -126,10 +136,12 @@ class DelayLine:
 
     def state(self) -> dict[str, Any]:
         """Return everything that changes in time, as plain data."""
-        return {name: getattr(self, name) for name in self.__slots__ if name != "pieces"} | {"pieces": list(self.pieces)}
+        return {name: getattr(self, name) for name in self.__slots__ if name != "pieces"} | {
+            "pieces": list(self.pieces)
+        }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take a state of :meth:`state` back."""
         for name in self.__slots__:
             setattr(self, name, state[name])
-        self.pieces = [(p[0], p[1], (p[2][0], p[2][1], p[2][2], p[2][3])) for p in state["pieces"]]
+        self.pieces = [(p[0], p[1], (p[2][0], p[2][1], p[2][2], p[2][3], p[2][4])) for p in state["pieces"]]

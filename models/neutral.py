@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 from models.bit import Bit, BitLaw
 from models.clock import Clock, Ramp
-from models.cubic import integral, product_integral, restrict, subtract, value
 from models.delay_line import DelayLine, Piece
 from models.parameters import DrillstringParameters
+from models.quartic import integral, product_integral, restrict, subtract, value
 from models.top import Top
 
 

@@ -1,7 +1,7 @@
 """The top end: the up-going wave arrives, the drive turns, the down-going wave leaves.
 
-    D(t)    = -Upsilon U_b(t - Gamma) + (c_a / Lambda) Omega(t)
-    ydot(t) = U_b(t - Gamma) + D(t)
+D(t)    = -Upsilon U_b(t - Gamma) + (c_a / Lambda) Omega(t)
+ydot(t) = U_b(t - Gamma) + D(t)
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 from models.clock import SNAP, Clock, Ramp
-from models.cubic import ZERO, Cubic, integral, product_integral, restrict, value
 from models.delay_line import DelayLine
 from models.parameters import DrillstringParameters
+from models.quartic import ZERO, Quartic, add, integral, product_integral, restrict, value
 
 
 class Top:
@@ -21,7 +21,7 @@ class Top:
     ----------
     cell, begin, end : int, float, float
         The piece: its cell and its fractions of the cell.
-    arriving, leaving : Cubic
+    arriving, leaving : Quartic
         U_b(t - Gamma) and D(t) on the piece [rad/s].
     incoming : Piece
         The piece of the up-going wave that `arriving` is a part of.
@@ -63,6 +63,7 @@ class Top:
             self.transmission * rise - self.reflection * self.arriving[1],
             -self.reflection * self.arriving[2],
             -self.reflection * self.arriving[3],
+            -self.reflection * self.arriving[4],
         )
 
     def close(self, down: DelayLine) -> None:
@@ -87,10 +88,9 @@ class Top:
                 self.end = fraction
             self.close(down)
 
-    def speed(self) -> Cubic:
+    def speed(self) -> Quartic:
         """Return ydot on the piece [rad/s]."""
-        a, b = self.arriving, self.leaving
-        return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3])
+        return add(self.arriving, self.leaving)
 
     def torque(self, x: float) -> float:
         """Return the torque of the drive on the string, c_a (Omega - ydot), at x of the piece [N m]."""
@@ -101,7 +101,7 @@ class Top:
         """Return the integral of top_torque times top_speed from 0 to x of the piece, per unit of x [W]."""
         speed = self.speed()
         omega, rise = self.omega.over(self.clock, self.cell, self.begin, self.end)
-        slip = (omega - speed[0], rise - speed[1], -speed[2], -speed[3])
+        slip = (omega - speed[0], rise - speed[1], -speed[2], -speed[3], -speed[4])
         return self.sliding * product_integral(slip, speed, x)
 
     def state(self) -> dict[str, Any]:

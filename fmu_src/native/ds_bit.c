@@ -1,11 +1,16 @@
 #include "ds_bit.h"
 
+#include <math.h>
+
+#include "ds_collocation.h"
 #include "ds_exp.h"
 
 #define SHORTEST_SLIP 1e-9 /* a release that would stop again within this part of a piece is none */
-#define ROOT_STEPS 6       /* Newton steps that carry a stop from the interpolant to the integrator's own zero */
+#define GREATEST_EXPONENT 4.0 /* where the friction is continued beyond rest, its exponent is kept below this */
+#define NEWTON_STEPS 12    /* most Newton steps of a piece; two are usual */
+#define NEWTON_LIMIT 1e-7  /* rad/s, correction after which no further step is taken: the next would be its square */
 
-static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0}};
+static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}};
 
 void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
 {
@@ -30,67 +35,76 @@ void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
     bit->last_release = clock->start;
 }
 
-/* dry friction torque of a slip in `direction`, continued smoothly through rest */
-static double dry(const ds_bit_law *law, double weight, int direction, double speed)
+/* the exponential of eq. (4) in a slip in `direction`, continued smoothly through rest.
+ * Beyond rest it only serves the search for the stop; there it is capped. */
+static double fading(const ds_bit_law *law, int direction, double speed)
 {
-    return weight * (law->coulomb + law->excess * ds_exp(-law->rate * (direction * speed))) * direction;
+    const double exponent = -law->rate * (direction * speed);
+    return ds_exp(exponent < GREATEST_EXPONENT ? exponent : GREATEST_EXPONENT);
 }
 
-/* dv/dt at x of the piece */
-static double acceleration(const ds_bit_law *law, const ds_bit *bit, double x, double speed)
+/* dv/dt at x of the piece and its derivative by the speed */
+static double acceleration(const ds_bit_law *law, const ds_bit *bit, double x, double speed, double *derivative)
 {
-    const double friction = dry(law, bit->weight + x * bit->weight_rise, bit->direction, speed);
-    return (law->twice_impedance * ds_cubic_value(bit->arriving, x) - law->damping * speed - friction) / law->inertia;
+    const double weight = bit->weight + x * bit->weight_rise;
+    const double fades = law->excess * fading(law, bit->direction, speed);
+    const double dry = weight * (law->coulomb + fades) * bit->direction;
+    const double drive = law->twice_impedance * ds_quartic_value(bit->arriving, x);
+    *derivative = (weight * fades * law->rate - law->damping) / law->inertia;
+    return (drive - law->damping * speed - dry) / law->inertia;
 }
 
-/* speed and acceleration at x of the piece by one Runge-Kutta step of order four from its begin */
-static double integrate(const ds_bit_law *law, const ds_clock *clock, const ds_bit *bit, double begin, double x,
-                        double *end)
-{
-    const double step = x * ((bit->end - bit->begin) * clock->cell);
-    const double half = 0.5 * step;
-    const double middle = 0.5 * x;
-    const double k2 = acceleration(law, bit, middle, bit->speed + half * begin);
-    const double k3 = acceleration(law, bit, middle, bit->speed + half * k2);
-    const double k4 = acceleration(law, bit, x, bit->speed + step * k3);
-    const double speed = bit->speed + step * (0.16666666666666666 * (begin + 2.0 * (k2 + k3) + k4));
-    *end = acceleration(law, bit, x, speed);
-    return speed;
-}
-
-/* where the integrator itself comes to rest, from the zero of its interpolant (Newton) */
-static double stop_place(const ds_bit_law *law, const ds_clock *clock, const ds_bit *bit, double begin, double x)
+/* the speed over the piece, by Newton's method from a constant acceleration */
+static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const ds_bit *bit)
 {
     const double duration = (bit->end - bit->begin) * clock->cell;
-    double best = x;
-    for (int i = 0; i < ROOT_STEPS; ++i) {
-        double slope;
-        const double speed = integrate(law, clock, bit, begin, best, &slope);
-        if (slope == 0.0) {
-            return x;
+    const double start = bit->speed;
+    double jacobian[3];
+    double g[4];
+    g[0] = duration * acceleration(law, bit, 0.0, start, &jacobian[0]);
+    if (start == 0.0 && g[0] * bit->direction < 0.0) {
+        g[0] = 0.0; /* by rounding: at a release the friction is overcome */
+    }
+    double v[3] = {start + ds_nodes[1] * g[0], start + ds_nodes[2] * g[0], start + g[0]};
+    for (int step = 0; step < NEWTON_STEPS; ++step) {
+        double residual[3];
+        double d[3];
+        for (int i = 0; i < 3; ++i) {
+            g[i + 1] = duration * acceleration(law, bit, ds_nodes[i + 1], v[i], &jacobian[i]);
+            jacobian[i] = duration * jacobian[i];
         }
-        best = best - speed / (slope * duration);
-        if (!(0.5 * x < best && best <= 1.0)) { /* a slip from rest has a second zero, its begin */
-            return x;
+        ds_collocation_values(start, g, residual);
+        for (int i = 0; i < 3; ++i) {
+            residual[i] = residual[i] - v[i];
+        }
+        ds_collocation_correction(residual, jacobian, d);
+        for (int i = 0; i < 3; ++i) {
+            v[i] = v[i] + d[i];
+            g[i + 1] = g[i + 1] + jacobian[i] * d[i];
+        }
+        if (fabs(d[0]) <= NEWTON_LIMIT && fabs(d[1]) <= NEWTON_LIMIT && fabs(d[2]) <= NEWTON_LIMIT) {
+            break;
         }
     }
-    return best;
+    return ds_antiderivative(start, g);
+}
+
+/* end the piece at x, which is at `fraction` of the cell */
+static void shorten(ds_bit *bit, double x, double fraction)
+{
+    bit->arriving = ds_quartic_restrict(bit->arriving, 0.0, x);
+    bit->turning = ds_quartic_restrict(bit->turning, 0.0, x);
+    bit->weight_rise = x * bit->weight_rise;
+    bit->end = fraction;
 }
 
 /* integrate the bit equation over the piece, or up to the place where the bit comes to rest */
 static void slip(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
 {
-    double begin = acceleration(law, bit, 0.0, bit->speed);
-    double end;
-    if (bit->speed == 0.0 && begin * bit->direction < 0.0) {
-        begin = 0.0; /* by rounding: at a release the friction is overcome */
-    }
-    const double speed = integrate(law, clock, bit, begin, 1.0, &end);
-    const double duration = (bit->end - bit->begin) * clock->cell;
-    bit->turning = ds_cubic_hermite(bit->speed, speed, duration * begin, duration * end);
-    const ds_cubic t = bit->turning;
-    const ds_cubic back = {-t.c0, -t.c1, -t.c2, -t.c3};
-    double x = ds_cubic_first_positive(bit->direction > 0 ? back : t);
+    bit->turning = collocate(law, clock, bit);
+    const ds_quartic t = bit->turning;
+    const ds_quartic back = {-t.c0, -t.c1, -t.c2, -t.c3, -t.c4};
+    const double x = ds_quartic_first_positive(bit->direction > 0 ? back : t);
     if (x > 1.0) {
         return;
     }
@@ -98,35 +112,21 @@ static void slip(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
         bit->direction = 0;
         return;
     }
-    x = stop_place(law, clock, bit, begin, x);
-    end = acceleration(law, bit, x, 0.0);
-    bit->turning = ds_cubic_hermite(bit->speed, 0.0, x * duration * begin, x * duration * end);
-    bit->arriving = ds_cubic_restrict(bit->arriving, 0.0, x);
-    bit->weight_rise = x * bit->weight_rise;
-    bit->end = bit->begin + x * (bit->end - bit->begin);
+    shorten(bit, x, bit->begin + x * (bit->end - bit->begin));
     bit->stops = 1;
-}
-
-/* end the piece at x, which is at `fraction` of the cell */
-static void shorten(ds_bit *bit, double x, double fraction)
-{
-    bit->arriving = ds_cubic_restrict(bit->arriving, 0.0, x);
-    bit->turning = ds_cubic_restrict(bit->turning, 0.0, x);
-    bit->weight_rise = x * bit->weight_rise;
-    bit->end = fraction;
 }
 
 /* by how much the torque on the stuck bit exceeds the static friction ahead and back: first place of each */
 static void excess_places(const ds_bit_law *law, const ds_bit *bit, double *ahead, double *back)
 {
     const double z = law->twice_impedance;
-    const ds_cubic a = bit->arriving;
+    const ds_quartic a = bit->arriving;
     const double holding = law->static_ * bit->weight;
     const double rise = law->static_ * bit->weight_rise;
-    const ds_cubic over = {z * a.c0 - holding, z * a.c1 - rise, z * a.c2, z * a.c3};
-    const ds_cubic below = {-(z * a.c0) - holding, -(z * a.c1) - rise, -(z * a.c2), -(z * a.c3)};
-    *ahead = ds_cubic_first_positive(over);
-    *back = ds_cubic_first_positive(below);
+    const ds_quartic over = {z * a.c0 - holding, z * a.c1 - rise, z * a.c2, z * a.c3, z * a.c4};
+    const ds_quartic below = {-(z * a.c0) - holding, -(z * a.c1) - rise, -(z * a.c2), -(z * a.c3), -(z * a.c4)};
+    *ahead = ds_quartic_first_positive(over);
+    *back = ds_quartic_first_positive(below);
 }
 
 /* keep the bit stuck up to the end of the piece or its release; at a release, begin to slip */
@@ -169,7 +169,7 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
     bit->end = bit->incoming.end;
     const double first = bit->incoming.begin;
     const double last = bit->incoming.end;
-    bit->arriving = ds_cubic_restrict(bit->incoming.wave, (bit->begin - first) / (last - first), 1.0);
+    bit->arriving = ds_quartic_restrict(bit->incoming.wave, (bit->begin - first) / (last - first), 1.0);
     bit->weight = ds_ramp_at(&bit->pressure, clock, bit->cell, bit->begin, bit->end, &bit->weight_rise);
     bit->stops = 0;
     if (bit->direction == 0) {
@@ -183,14 +183,13 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
 void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring)
 {
     const double duration = (bit->end - bit->begin) * clock->cell;
-    const ds_piece piece = {bit->begin, bit->end, ds_cubic_subtract(bit->turning, bit->arriving)};
+    const ds_piece piece = {bit->begin, bit->end, ds_quartic_subtract(bit->turning, bit->arriving)};
     if (bit->direction == 0) {
         bit->stuck += duration;
     } else {
-        const ds_cubic v = bit->turning;
-        bit->angle += duration * ds_cubic_integral(v, 1.0);
+        bit->angle += duration * ds_quartic_integral(bit->turning, 1.0);
         bit->loss += duration * ds_bit_power_integral(law, bit, 1.0);
-        bit->speed = v.c0 + v.c1 + v.c2 + v.c3;
+        bit->speed = ds_quartic_end(bit->turning);
     }
     ds_line_push(up, up_ring, piece);
     if (bit->stops) {
@@ -222,22 +221,25 @@ void ds_bit_cut(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, doubl
 double ds_bit_torque(const ds_bit_law *law, const ds_bit *bit, double x)
 {
     if (bit->direction == 0) {
-        return law->twice_impedance * ds_cubic_value(bit->arriving, x);
+        return law->twice_impedance * ds_quartic_value(bit->arriving, x);
     }
-    const double speed = ds_cubic_value(bit->turning, x);
-    return law->viscosity * speed + dry(law, bit->weight + x * bit->weight_rise, bit->direction, speed);
+    const double speed = ds_quartic_value(bit->turning, x);
+    const double weight = bit->weight + x * bit->weight_rise;
+    const double dry = weight * (law->coulomb + law->excess * fading(law, bit->direction, speed));
+    return law->viscosity * speed + dry * bit->direction;
 }
 
 double ds_bit_power_integral(const ds_bit_law *law, const ds_bit *bit, double x)
 {
+    double total = 0.0;
     if (bit->direction == 0) {
         return 0.0;
     }
-    const double middle = 0.5 * x;
-    const double begin = ds_bit_torque(law, bit, 0.0) * bit->turning.c0;
-    const double centre = ds_bit_torque(law, bit, middle) * ds_cubic_value(bit->turning, middle);
-    const double end = ds_bit_torque(law, bit, x) * ds_cubic_value(bit->turning, x);
-    return x * (0.16666666666666666 * (begin + 4.0 * centre + end));
+    for (int i = 0; i < 4; ++i) {
+        const double at = ds_nodes[i] * x;
+        total = total + ds_weights[i] * (ds_bit_torque(law, bit, at) * ds_quartic_value(bit->turning, at));
+    }
+    return x * total;
 }
 
 void ds_bit_extremes(const ds_bit *bit, double x0, double x1, double *least, double *greatest)
@@ -247,5 +249,5 @@ void ds_bit_extremes(const ds_bit *bit, double x0, double x1, double *least, dou
         *greatest = 0.0;
         return;
     }
-    ds_cubic_extremes(bit->turning, x0, x1, least, greatest);
+    ds_quartic_extremes(bit->turning, x0, x1, least, greatest);
 }

@@ -25,8 +25,8 @@ typedef struct {
     int releases;        /* 1, direction in which the bit breaks loose at the end of the piece, 0 if it does not */
     int arrived;         /* 1, the last piece ended at rest, not yet decided whether the bit sticks */
     int slips;           /* 1, releases since the start */
-    ds_cubic arriving;   /* rad/s, D(t - Gamma) on the piece */
-    ds_cubic turning;    /* rad/s, v(t) on the piece */
+    ds_quartic arriving;   /* rad/s, D(t - Gamma) on the piece */
+    ds_quartic turning;    /* rad/s, v(t) on the piece */
     ds_piece incoming;   /* rad/s, the piece of the down-going wave that `arriving` is a part of */
     double speed;        /* rad/s, bit speed at `begin` */
     ds_ramp pressure;    /* N, the weight on bit as it was set */

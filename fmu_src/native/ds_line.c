@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#define NEGLIGIBLE 1e-9 /* rad/s, strength below which a break is folded without being counted */
+#define NEGLIGIBLE 1e-10 /* rad/s, strength below which a break is folded without being counted */
 #define DOUBLINGS 40    /* a queue full of breaks keeps only those stronger than NEGLIGIBLE 2^DOUBLINGS */
 
 static int break_limit(int cells)
@@ -17,7 +17,7 @@ int ds_line_capacity(int cells)
 
 void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level)
 {
-    const ds_piece piece = {0.0, 1.0, {level, 0.0, 0.0, 0.0}};
+    const ds_piece piece = {0.0, 1.0, {level, 0.0, 0.0, 0.0, 0.0}};
     line->capacity = ds_line_capacity(cells);
     line->break_limit = break_limit(cells);
     for (int i = 0; i < line->capacity; ++i) {
@@ -73,13 +73,13 @@ static int fold(ds_line *line, ds_piece *ring, ds_piece piece)
     }
     const double length = piece.end - last->begin;
     double strength;
-    const ds_cubic merged = ds_cubic_merge(last->wave, piece.wave, (last->end - last->begin) / length, &strength);
+    const ds_quartic merged = ds_quartic_merge(last->wave, piece.wave, (last->end - last->begin) / length, &strength);
     if (strength > threshold(line)) {
         return 0;
     }
-    const double square = length * ds_cubic_product_integral(merged, merged, 1.0);
-    const double former = (last->end - last->begin) * ds_cubic_product_integral(last->wave, last->wave, 1.0);
-    const double added = (piece.end - last->end) * ds_cubic_product_integral(piece.wave, piece.wave, 1.0);
+    const double square = length * ds_quartic_product_integral(merged, merged, 1.0);
+    const double former = (last->end - last->begin) * ds_quartic_product_integral(last->wave, last->wave, 1.0);
+    const double added = (piece.end - last->end) * ds_quartic_product_integral(piece.wave, piece.wave, 1.0);
     last->end = piece.end;
     last->wave = merged;
     add(line, square - former);
@@ -104,7 +104,7 @@ void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece)
     if (piece.begin > 0.0) {
         line->breaks += 1;
     }
-    add(line, (piece.end - piece.begin) * ds_cubic_product_integral(piece.wave, piece.wave, 1.0));
+    add(line, (piece.end - piece.begin) * ds_quartic_product_integral(piece.wave, piece.wave, 1.0));
 }
 
 ds_piece ds_line_pop(ds_line *line, const ds_piece *ring)
@@ -118,6 +118,6 @@ ds_piece ds_line_pop(ds_line *line, const ds_piece *ring)
     if (piece.begin > 0.0) {
         line->breaks -= 1;
     }
-    add(line, -((piece.end - piece.begin) * ds_cubic_product_integral(piece.wave, piece.wave, 1.0)));
+    add(line, -((piece.end - piece.begin) * ds_quartic_product_integral(piece.wave, piece.wave, 1.0)));
     return piece;
 }

@@ -1,14 +1,14 @@
-/* A wave under way between the ends of the string: a queue of cubic pieces, one travel time long.
+/* A wave under way between the ends of the string: a queue of quartic pieces, one travel time long.
  * Follows models/delay_line.py, which explains it. */
 #ifndef DS_LINE_H
 #define DS_LINE_H
 
-#include "ds_cubic.h"
+#include "ds_quartic.h"
 
 typedef struct {
     double begin; /* 1, fraction of the cell, in [0, 1) */
     double end;   /* 1, fraction of the cell, in (0, 1] */
-    ds_cubic wave; /* rad/s, the wave between them */
+    ds_quartic wave; /* rad/s, the wave between them */
 } ds_piece;
 
 typedef struct {

@@ -180,8 +180,8 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
 /* integral of the squared wave of a piece from a fraction of the cell to its end, in cells */
 static double square_after(ds_piece piece, double fraction)
 {
-    const ds_cubic rest = ds_cubic_restrict(piece.wave, (fraction - piece.begin) / (piece.end - piece.begin), 1.0);
-    return (piece.end - fraction) * ds_cubic_product_integral(rest, rest, 1.0);
+    const ds_quartic rest = ds_quartic_restrict(piece.wave, (fraction - piece.begin) / (piece.end - piece.begin), 1.0);
+    return (piece.end - fraction) * ds_quartic_product_integral(rest, rest, 1.0);
 }
 
 /* energy stored in the string and the bit, (I L / 2) E of eq. (7) */
@@ -189,14 +189,14 @@ static double stored_energy(const ds_neutral *model, const ds_neutral_state *sta
 {
     const ds_bit *const bit = &state->bit;
     const ds_top *const top = &state->top;
-    const ds_cubic wave = ds_cubic_subtract(bit->turning, bit->arriving);
+    const ds_quartic wave = ds_quartic_subtract(bit->turning, bit->arriving);
     double up = state->up.square + state->up.square_rest;
     up += square_after(top->incoming, top->begin + y * (top->end - top->begin));
-    up += (bit->end - bit->begin) * ds_cubic_product_integral(wave, wave, x);
+    up += (bit->end - bit->begin) * ds_quartic_product_integral(wave, wave, x);
     double down = state->down.square + state->down.square_rest;
     down += square_after(bit->incoming, bit->begin + x * (bit->end - bit->begin));
-    down += (top->end - top->begin) * ds_cubic_product_integral(top->leaving, top->leaving, y);
-    const double speed = ds_cubic_value(bit->turning, x);
+    down += (top->end - top->begin) * ds_quartic_product_integral(top->leaving, top->leaving, y);
+    const double speed = ds_quartic_value(bit->turning, x);
     return model->impedance * model->clock.cell * (up + down) + 0.5 * model->parameters.I_B * (speed * speed);
 }
 
@@ -209,13 +209,13 @@ void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_
     const double y = present_in(state, top->cell, top->begin, top->end);
     const double bit_piece = (bit->end - bit->begin) * cell;
     const double top_piece = (top->end - top->begin) * cell;
-    const ds_cubic speed = ds_top_speed(top);
-    outputs->bit_speed = ds_cubic_value(bit->turning, x);
-    outputs->top_speed = ds_cubic_value(speed, y);
+    const ds_quartic speed = ds_top_speed(top);
+    outputs->bit_speed = ds_quartic_value(bit->turning, x);
+    outputs->top_speed = ds_quartic_value(speed, y);
     outputs->bit_torque = ds_bit_torque(&state->law, bit, x);
     outputs->top_torque = ds_top_torque(&model->top, &model->clock, top, y);
-    outputs->bit_angle = bit->angle + bit_piece * ds_cubic_integral(bit->turning, x);
-    outputs->top_angle = top->angle + top_piece * ds_cubic_integral(speed, y);
+    outputs->bit_angle = bit->angle + bit_piece * ds_quartic_integral(bit->turning, x);
+    outputs->top_angle = top->angle + top_piece * ds_quartic_integral(speed, y);
     outputs->bit_stuck = bit->direction == 0;
     outputs->energy = stored_energy(model, state, x, y);
     outputs->bit_speed_min = state->least;

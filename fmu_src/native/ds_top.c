@@ -1,6 +1,6 @@
 #include "ds_top.h"
 
-static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0}};
+static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}};
 
 void ds_top_start(ds_top *top, double angle)
 {
@@ -23,20 +23,21 @@ void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_l
     top->end = top->incoming.end;
     const double first = top->incoming.begin;
     const double last = top->incoming.end;
-    top->arriving = ds_cubic_restrict(top->incoming.wave, (top->begin - first) / (last - first), 1.0);
+    top->arriving = ds_quartic_restrict(top->incoming.wave, (top->begin - first) / (last - first), 1.0);
     double rise;
     const double omega = ds_ramp_at(&top->omega, clock, top->cell, top->begin, top->end, &rise);
     top->leaving.c0 = law->transmission * omega - law->reflection * top->arriving.c0;
     top->leaving.c1 = law->transmission * rise - law->reflection * top->arriving.c1;
     top->leaving.c2 = -law->reflection * top->arriving.c2;
     top->leaving.c3 = -law->reflection * top->arriving.c3;
+    top->leaving.c4 = -law->reflection * top->arriving.c4;
 }
 
 void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *down, ds_piece *down_ring)
 {
     const double duration = (top->end - top->begin) * clock->cell;
     const ds_piece piece = {top->begin, top->end, top->leaving};
-    top->angle += duration * ds_cubic_integral(ds_top_speed(top), 1.0);
+    top->angle += duration * ds_quartic_integral(ds_top_speed(top), 1.0);
     top->work += duration * ds_top_power_integral(law, clock, top, 1.0);
     ds_line_push(down, down_ring, piece);
     top->begin = top->end;
@@ -53,31 +54,31 @@ void ds_top_cut(const ds_top_law *law, const ds_clock *clock, ds_top *top, doubl
     if (fraction - top->begin > DS_SNAP) {
         if (top->end - fraction > DS_SNAP) {
             const double x = (fraction - top->begin) / (top->end - top->begin);
-            top->arriving = ds_cubic_restrict(top->arriving, 0.0, x);
-            top->leaving = ds_cubic_restrict(top->leaving, 0.0, x);
+            top->arriving = ds_quartic_restrict(top->arriving, 0.0, x);
+            top->leaving = ds_quartic_restrict(top->leaving, 0.0, x);
             top->end = fraction;
         }
         ds_top_close(law, clock, top, down, down_ring);
     }
 }
 
-ds_cubic ds_top_speed(const ds_top *top)
+ds_quartic ds_top_speed(const ds_top *top)
 {
-    return ds_cubic_add(top->arriving, top->leaving);
+    return ds_quartic_add(top->arriving, top->leaving);
 }
 
 double ds_top_torque(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x)
 {
     double rise;
     const double omega = ds_ramp_at(&top->omega, clock, top->cell, top->begin, top->end, &rise);
-    return law->sliding * ((omega + x * rise) - ds_cubic_value(ds_top_speed(top), x));
+    return law->sliding * ((omega + x * rise) - ds_quartic_value(ds_top_speed(top), x));
 }
 
 double ds_top_power_integral(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x)
 {
     double rise;
     const double omega = ds_ramp_at(&top->omega, clock, top->cell, top->begin, top->end, &rise);
-    const ds_cubic speed = ds_top_speed(top);
-    const ds_cubic slip = {omega - speed.c0, rise - speed.c1, -speed.c2, -speed.c3};
-    return law->sliding * ds_cubic_product_integral(slip, speed, x);
+    const ds_quartic speed = ds_top_speed(top);
+    const ds_quartic slip = {omega - speed.c0, rise - speed.c1, -speed.c2, -speed.c3, -speed.c4};
+    return law->sliding * ds_quartic_product_integral(slip, speed, x);
 }

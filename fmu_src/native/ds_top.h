@@ -15,8 +15,8 @@ typedef struct {
     int64_t cell;      /* 1, cell of the piece that holds the present */
     double begin;      /* 1, its begin as a fraction of the cell */
     double end;        /* 1, its end */
-    ds_cubic arriving; /* rad/s, U_b(t - Gamma) on the piece */
-    ds_cubic leaving;  /* rad/s, D(t) on the piece */
+    ds_quartic arriving; /* rad/s, U_b(t - Gamma) on the piece */
+    ds_quartic leaving;  /* rad/s, D(t) on the piece */
     ds_piece incoming; /* rad/s, the piece of the up-going wave that `arriving` is a part of */
     ds_ramp omega;     /* rad/s, the drive */
     double angle;      /* rad, angle of the top up to `begin` */
@@ -29,7 +29,7 @@ void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_
 /* begin a new piece at a fraction inside this one; the caller then opens it */
 void ds_top_cut(const ds_top_law *law, const ds_clock *clock, ds_top *top, double fraction, ds_line *down,
                 ds_piece *down_ring);
-ds_cubic ds_top_speed(const ds_top *top);
+ds_quartic ds_top_speed(const ds_top *top);
 double ds_top_torque(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
 double ds_top_power_integral(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
 

@@ -11,11 +11,11 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.logging import RichHandler
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from cosim.console_log import SentenceHandler
 from cosim.errors import CosimError, InputError
 from cosim.interrupt import interruptible
 from cosim.job import Job, Outcome, run_job
@@ -87,11 +87,12 @@ def _console() -> Console:
 def _sentences() -> Generator[None]:
     """Show what goes wrong as one sentence on standard error, and exit accordingly."""
     errors = Console(stderr=True, highlight=False, soft_wrap=True)
-    handler = RichHandler(console=errors, show_time=False, show_path=False, markup=False)
+    handler = SentenceHandler(errors)
     logger = logging.getLogger("cosim")
     logger.addHandler(handler)
     try:
         yield
+        handler.show_failures()
     except CosimError as error:
         errors.print(Text.assemble(("error: ", "bold red"), str(error)))
         raise typer.Exit(error.exit_code) from None
@@ -138,7 +139,7 @@ def _summary(outcomes: dict[str, Outcome]) -> Table:
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2))
     table.add_column("run", no_wrap=True)
     for heading in ("period [s]", "peak [rad/s]", "stuck fraction", "mean speed [rad/s]", "SSI"):
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(Text(heading), justify="right", no_wrap=True)
     for label, outcome in outcomes.items():
         found = outcome.measures
         if found is None:
@@ -157,7 +158,7 @@ def _print_remarks(console: Console, outcomes: dict[str, Outcome]) -> None:
         window = f"measured over {outcome.measures.window}" if outcome.measures else "nothing to measure"
         steps, seconds = record["steps"], record["timings"]["step"]
         took = f"{steps} steps of {record['step_size']:g} s ({record['algorithm']}) in {seconds:.3g} s"
-        console.print(Text(f"{label}: {window}; {took}", style="dim"))
+        console.print(Text(f"{label}: {window}; {took}", style="dim"), soft_wrap=True)
 
 
 def _print_paths(console: Console, folder: Path, labels: Sequence[str]) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import itertools
 import logging
+import re
 from collections import deque
 from typing import Any
 
@@ -38,6 +39,7 @@ class Journal:
 
     def __init__(self, instance: str) -> None:
         self.logger = logging.getLogger(f"cosim.fmu.{instance}")
+        self._instance = instance
         self._failures: deque[str] = deque(maxlen=5)
         self._key = next(_keys)
         _journals[self._key] = self
@@ -51,13 +53,16 @@ class Journal:
     def take(self, status: int, category: str, message: str) -> None:
         """Log one message, and keep it if it says why a call fails."""
         level = _LEVELS[status] if 0 <= status < len(_LEVELS) else logging.ERROR
-        self.logger.log(level, "%s", message, extra={"category": category})
-        if status >= _DISCARD:
+        says_why = status >= _DISCARD
+        self.logger.log(level, "%s", message, extra={"category": category, "says_why": says_why})
+        if says_why:
             self._failures.append(message)
 
     def failure(self) -> str:
-        """Return the messages that came with failures, in one line."""
-        return "; ".join(dict.fromkeys(" ".join(message.split()) for message in self._failures))
+        """Return the messages that came with failures, in one line, without instance and time, which the error adds."""
+        heading = re.compile(rf"{re.escape(self._instance)} at t = \S+ s: ")
+        messages = (heading.sub("", " ".join(message.split()), count=1) for message in self._failures)
+        return "; ".join(dict.fromkeys(messages))
 
     def close(self) -> None:
         """Receive no more."""

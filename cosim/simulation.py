@@ -7,6 +7,7 @@ import platform
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack
+from dataclasses import fields, is_dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -14,14 +15,14 @@ from typing import Any
 import fmpy  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 
-from cosim.description import Description, read_description
+from cosim.description import Description, Variable, read_description
 from cosim.errors import SystemDefinitionError
 from cosim.fmu_slave import open_fmu
 from cosim.locate import locate_fmu
 from cosim.master import Progress, co_simulate
 from cosim.result import Result
 from cosim.scenario import Scenario
-from cosim.signals import Value
+from cosim.signals import Signal, Value
 from cosim.slave import Slave
 from cosim.system import System
 
@@ -92,7 +93,7 @@ def simulate(
     record |= {"packaging": packaging, **result.record}
     record["timings"] = {"load": loaded, **result.record["timings"]}
     record["components"] = _components(system, paths, descriptions)
-    record["inputs"] = {name: repr(signal) for name, signal in system.inputs.items()}
+    record["inputs"] = {name: _signal(signal) for name, signal in system.inputs.items()}
     record["versions"] = versions()
     return Result(result.time, result.columns, result.units, record)
 
@@ -128,7 +129,7 @@ def _components(
     components: dict[str, dict[str, Any]] = {}
     for part in system.components:
         description = descriptions[part.name]
-        parameters = {variable.name: _start(variable.start) for variable in description.with_causality("parameter")}
+        parameters = {variable.name: _start(variable) for variable in description.with_causality("parameter")}
         components[part.name] = {
             "model": description.model_name,
             "file": str(paths[part.name]),
@@ -138,9 +139,20 @@ def _components(
     return components
 
 
-def _start(text: str | None) -> float | str | None:
-    """Read a start value of a model description as a number, where it is one."""
-    try:
-        return None if text is None else float(text)
-    except ValueError:
+def _start(variable: Variable) -> Value | None:
+    """Read a start value of a model description as what it stands for."""
+    text = variable.start
+    if text is None or variable.type == "String":
         return text
+    if variable.type == "Boolean":
+        return text in ("true", "1")
+    if variable.type == "Enumeration":
+        return next((name for name, number in variable.items.items() if number == int(text)), int(text))
+    return float(text) if variable.type == "Real" else int(text)
+
+
+def _signal(signal: Signal) -> dict[str, Any]:
+    """Write a signal as its kind and the numbers it is made from."""
+    parts = fields(signal) if is_dataclass(signal) else ()
+    made_from = {part.name: getattr(signal, part.name) for part in parts if part.init}
+    return {"kind": type(signal).__name__.lower(), **made_from}

@@ -90,7 +90,7 @@ def write_variant(folder: Path, subfolder: str, result: Result, measures: Measur
     result.to_csv(folder / subfolder / TRAJECTORY)
     trajectory = f"{subfolder}/{TRAJECTORY}" if subfolder else TRAJECTORY
     return {
-        **result.record,
+        **{key: value for key, value in result.record.items() if key not in ("scenario", "versions")},
         "trajectory": trajectory,
         "units": dict(result.units),
         "measures": asdict(measures) if measures else None,

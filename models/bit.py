@@ -3,7 +3,8 @@
     I_B dv/dt = 2 Z D(t - Gamma) - (Z + c_b) v - W R_b mu_b(v) sgn v
     U_b(t)    = v(t) - D(t - Gamma)
 
-At v = 0 the dry friction is any torque up to W R_b mu_sb: the bit stays stuck while |2 Z D(t - Gamma)| does not exceed it.
+At v = 0 the dry friction is any torque up to W R_b mu_sb: the bit stays stuck while |2 Z D(t - Gamma)| does not exceed
+it.
 """
 
 from __future__ import annotations
@@ -155,7 +156,7 @@ class Bit:
             self.incoming = (0.0, 0.0, ZERO)
 
     def cut(self, fraction: float, up: DelayLine) -> None:
-        """End the piece at a fraction of the cell inside it, because weight or friction change; a new one is to be opened."""
+        """End the piece at a fraction of the cell, because weight or friction change; a new one is to be opened."""
         if fraction - self.begin > SNAP:
             if self.end - fraction > SNAP:
                 self._shorten((fraction - self.begin) / (self.end - self.begin), fraction)

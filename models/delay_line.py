@@ -2,7 +2,7 @@
 
 Time is divided into cells, N to a travel time, so that a piece leaves the queue N cells after it entered, at the same
 place in its cell: the delay is exact. A piece lies inside one cell. Where nothing happens it is the whole cell; a
-*break* (a jump of the wave or of its slope at a place on no grid) is simply a boundary between two pieces inside a cell.
+*break* (a jump of the wave or of its slope at a place on no grid) is simply a boundary between two pieces in a cell.
 
 Breaks come back every two travel times, weaker by the reflections. One too weak to matter is folded: its two pieces
 become one, with the same first four moments. When many are under way, only the stronger ones are kept.

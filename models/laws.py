@@ -20,8 +20,8 @@ class DissipativeLaw:
     """Drive speed law of eq. (9), as printed and in tracking form.
 
     As printed, with k/g = c_b/c_a and the root over k (1 - c_1) / g only, it cannot hold a drilling speed: with dry
-    friction it drains the energy for as long as the bit turns, and it divides by the top speed. The tracking form is the
-    same completion of the square in deviations from the wanted rotation.
+    friction it drains the energy for as long as the bit turns, and it divides by the top speed. The tracking form is
+    the same completion of the square in deviations from the wanted rotation.
 
     Attributes
     ----------

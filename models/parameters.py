@@ -91,7 +91,7 @@ class DrillstringParameters:
         return self.G * self.J / self.L
 
     def cells_for(self, requested: int) -> int:
-        """Return the number of cells in one travel time: as requested (at least 4), or for 0 one that keeps them short."""
+        """Return the cells in one travel time: as requested, at least 4; for 0 so many that none exceeds CELL_LIMIT."""
         if requested > 0:
             return requested if requested >= 4 else 4
         count = int(self.travel_time / CELL_LIMIT)

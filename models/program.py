@@ -27,7 +27,7 @@ def _late(time: float) -> float:
 
 @dataclass(frozen=True)
 class Change:
-    """A value that changes once: from `initial` to `final`, beginning at `start` [s], in `duration` [s]; 0 is a step."""
+    """A value that changes once: from `initial` to `final`, from `start` [s] on, in `duration` [s]; 0 is a step."""
 
     initial: float
     final: float

@@ -1,7 +1,7 @@
 """Quartic polynomials on the unit interval, the form every wave and every speed is kept in.
 
-A quartic is the tuple ``(c0, c1, c2, c3, c4)`` of c0 + c1 x + ... + c4 x^4, with x from 0 at the begin of its piece to 1
-at the end.
+A quartic is the tuple ``(c0, c1, c2, c3, c4)`` of c0 + c1 x + ... + c4 x^4, with x from 0 at the begin of its piece
+to 1 at the end.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ def first_positive(c: Quartic) -> float:
 
 
 def _rise(c: Quartic, left: float, right: float) -> float:
-    """Shrink [left, right], not positive at left and positive at right, to neighbouring numbers; return the right one."""
+    """Shrink [left, right], positive at right only, to neighbouring numbers; return the right one."""
     for _ in range(200):
         middle = 0.5 * (left + right)
         if middle <= left or middle >= right:
@@ -180,7 +180,7 @@ def _rise(c: Quartic, left: float, right: float) -> float:
 
 
 def merge(a: Quartic, b: Quartic, u: float) -> tuple[Quartic, float]:
-    """Return the quartic on [0, 1] with the first four moments of a on [0, u] and b on [u, 1], and how much they differ.
+    """Return the quartic with the first four moments of a on [0, u] and b on [u, 1], and how much they differ.
 
     The longer of the two is extended over the whole and corrected by the projection of the rest, so that a small break
     costs no digits. The difference is in the units of the values: a jump counts whole, the rest as far as a quartic

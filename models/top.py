@@ -32,7 +32,8 @@ class Top:
     """
 
     __slots__ = (
-        "angle", "arriving", "begin", "cell", "clock", "end", "incoming", "leaving", "omega", "reflection", "sliding", "transmission", "work",
+        "angle", "arriving", "begin", "cell", "clock", "end", "incoming", "leaving", "omega", "reflection", "sliding",
+        "transmission", "work",
     )  # fmt: skip
 
     def __init__(self, parameters: DrillstringParameters, clock: Clock, angle: float, omega: Ramp) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 
 from models.clock import SNAP, Clock, Ramp
 from models.collocation import NODES, WEIGHTS, antiderivative, correction, values
-from models.delay_line import DelayLine
+from models.delay_line import NOTHING, DelayLine
 from models.exponential import exponential
 from models.parameters import DrillstringParameters
 from models.quartic import NONE, ZERO, Quartic, end_value, extremes, first_positive, integral, restrict, subtract, value
@@ -109,7 +109,7 @@ class Bit:
         self.begin = self.end = 0.0
         self.direction = 1 if speed > 0.0 else -1 if speed < 0.0 else 0
         self.arriving = self.turning = ZERO
-        self.incoming = (0.0, 0.0, ZERO)
+        self.incoming = NOTHING
         self.speed = speed
         self.pressure = pressure
         self.weight = self.weight_rise = 0.0
@@ -125,7 +125,7 @@ class Bit:
             self.incoming = down.pop()
             self.begin = self.incoming[0]
         self.end = self.incoming[1]
-        first, last, wave = self.incoming
+        first, last, wave, _ = self.incoming
         self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
         self.weight, self.weight_rise = self.pressure.over(self.clock, self.cell, self.begin, self.end)
         self.stops = False
@@ -153,7 +153,7 @@ class Bit:
         if self.end >= 1.0:
             self.cell += 1
             self.begin = 0.0
-            self.incoming = (0.0, 0.0, ZERO)
+            self.incoming = NOTHING
 
     def cut(self, fraction: float, up: DelayLine) -> None:
         """End the piece at a fraction of the cell, because weight or friction change; a new one is to be opened."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from models.quartic import Quartic, merge, product_integral
+from models.quartic import ZERO, Quartic, merge, square_integral
 
 NEGLIGIBLE = 1e-10
 """Strength below which a break is folded without being counted [rad/s]."""
@@ -20,8 +20,11 @@ NEGLIGIBLE = 1e-10
 DOUBLINGS = 40
 """A queue full of breaks keeps only those stronger than NEGLIGIBLE * 2^DOUBLINGS."""
 
-Piece = tuple[float, float, Quartic]
-"""Begin and end inside the cell, in [0, 1], and the wave between them [rad/s]."""
+Piece = tuple[float, float, Quartic, float]
+"""Begin and end inside the cell, in [0, 1], the wave between them [rad/s], and the integral of its square, in cells."""
+
+NOTHING: Piece = (0.0, 0.0, ZERO, 0.0)
+"""No piece: it ends where a cell begins."""
 
 
 class DelayLine:
@@ -56,7 +59,7 @@ class DelayLine:
     def __init__(self, cells: int, level: float) -> None:
         """Fill one travel time with a constant wave `level` [rad/s]."""
         self.break_limit = cells if cells > 64 else 64
-        empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0, 0.0))
+        empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0, 0.0), level * level)
         self.pieces = [empty] * (cells + 2 + self.break_limit)
         self.first = 0
         self.count = cells
@@ -73,11 +76,12 @@ class DelayLine:
         index = self.first + self.count
         if index >= len(self.pieces):
             index -= len(self.pieces)
-        self.pieces[index] = (begin, end, wave)
+        square = (end - begin) * square_integral(wave)
+        self.pieces[index] = (begin, end, wave, square)
         self.count += 1
         if begin > 0.0:
             self.breaks += 1
-        self._add((end - begin) * product_integral(wave, wave, 1.0))
+        self._add(square)
 
     def pop(self) -> Piece:
         """Take the oldest piece out."""
@@ -86,10 +90,9 @@ class DelayLine:
         if self.first >= len(self.pieces):
             self.first = 0
         self.count -= 1
-        begin, end, wave = piece
-        if begin > 0.0:
+        if piece[0] > 0.0:
             self.breaks -= 1
-        self._add(-((end - begin) * product_integral(wave, wave, 1.0)))
+        self._add(-piece[3])
         return piece
 
     def _fold(self, begin: float, end: float, wave: Quartic) -> bool:
@@ -99,17 +102,16 @@ class DelayLine:
         last = self.first + self.count - 1
         if last >= len(self.pieces):
             last -= len(self.pieces)
-        start, middle, before = self.pieces[last]
+        start, middle, before, former = self.pieces[last]
         if middle != begin:
             return False
         length = end - start
         merged, strength = merge(before, wave, (middle - start) / length)
         if strength > self._threshold():
             return False
-        square = length * product_integral(merged, merged, 1.0)
-        former = (middle - start) * product_integral(before, before, 1.0)
-        added = (end - middle) * product_integral(wave, wave, 1.0)
-        self.pieces[last] = (start, end, merged)
+        square = length * square_integral(merged)
+        added = (end - middle) * square_integral(wave)
+        self.pieces[last] = (start, end, merged, square)
         self._add(square - former)
         if strength > NEGLIGIBLE:
             self.folded += 1
@@ -144,4 +146,4 @@ class DelayLine:
         """Take a state of :meth:`state` back."""
         for name in self.__slots__:
             setattr(self, name, state[name])
-        self.pieces = [(p[0], p[1], (p[2][0], p[2][1], p[2][2], p[2][3], p[2][4])) for p in state["pieces"]]
+        self.pieces = [(p[0], p[1], (p[2][0], p[2][1], p[2][2], p[2][3], p[2][4]), p[3]) for p in state["pieces"]]

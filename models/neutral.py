@@ -9,7 +9,7 @@ from models.bit import Bit, BitLaw
 from models.clock import Clock, Ramp
 from models.delay_line import DelayLine, Piece
 from models.parameters import DrillstringParameters
-from models.quartic import integral, product_integral, restrict, subtract, value
+from models.quartic import integral, product_integral, restrict, square_integral, subtract, value
 from models.top import Top
 
 
@@ -230,6 +230,6 @@ class DrillstringNeutral:
 
 def _square_after(piece: Piece, fraction: float) -> float:
     """Return the integral of the squared wave of a piece from a fraction of the cell to its end, in cells."""
-    begin, end, wave = piece
+    begin, end, wave, _ = piece
     rest = restrict(wave, (fraction - begin) / (end - begin), 1.0)
-    return (end - fraction) * product_integral(rest, rest, 1.0)
+    return (end - fraction) * square_integral(rest)

@@ -72,6 +72,15 @@ def product_integral(a: Quartic, b: Quartic, x: float) -> float:
     return x * (s0 + x * (0.5 * s1 + x * (THIRD * s2 + x * (0.25 * s3 + x * tail))))
 
 
+def square_integral(c: Quartic) -> float:
+    """Return the integral of the square from 0 to 1, exact but for rounding."""
+    c0, c1, c2, c3, c4 = c
+    even = c0 * c0 + THIRD * (c1 * c1 + 2.0 * (c0 * c2)) + 0.2 * (c2 * c2 + 2.0 * (c0 * c4 + c1 * c3))
+    even = even + SEVENTH * (c3 * c3 + 2.0 * (c2 * c4)) + NINTH * (c4 * c4)
+    odd = c0 * c1 + 0.5 * (c0 * c3 + c1 * c2) + THIRD * (c1 * c4 + c2 * c3) + 0.25 * (c3 * c4)
+    return even + odd
+
+
 def _slope(c: Quartic, x: float) -> float:
     return c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * (4.0 * c[4])))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from models.clock import SNAP, Clock, Ramp
-from models.delay_line import DelayLine
+from models.delay_line import NOTHING, DelayLine
 from models.parameters import DrillstringParameters
 from models.quartic import ZERO, Quartic, add, integral, product_integral, restrict, value
 
@@ -45,7 +45,7 @@ class Top:
         self.begin = 0.0
         self.end = 0.0
         self.arriving = self.leaving = ZERO
-        self.incoming = (0.0, 0.0, ZERO)
+        self.incoming = NOTHING
         self.angle = angle
         self.work = 0.0
         self.omega = omega
@@ -56,7 +56,7 @@ class Top:
             self.incoming = up.pop()
             self.begin = self.incoming[0]
         self.end = self.incoming[1]
-        first, last, wave = self.incoming
+        first, last, wave, _ = self.incoming
         self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
         omega, rise = self.omega.over(self.clock, self.cell, self.begin, self.end)
         self.leaving = (
@@ -77,7 +77,7 @@ class Top:
         if self.end >= 1.0:
             self.cell += 1
             self.begin = 0.0
-            self.incoming = (0.0, 0.0, ZERO)
+            self.incoming = NOTHING
 
     def cut(self, fraction: float, down: DelayLine) -> None:
         """End the piece at a fraction of the cell inside it, because Omega changes there; a new one is to be opened."""

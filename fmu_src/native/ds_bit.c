@@ -10,7 +10,7 @@
 #define NEWTON_STEPS 12    /* most Newton steps of a piece; two are usual */
 #define NEWTON_LIMIT 1e-7  /* rad/s, correction after which no further step is taken: the next would be its square */
 
-static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}};
+static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0.0};
 
 void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
 {
@@ -183,7 +183,7 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
 void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring)
 {
     const double duration = (bit->end - bit->begin) * clock->cell;
-    const ds_piece piece = {bit->begin, bit->end, ds_quartic_subtract(bit->turning, bit->arriving)};
+    const ds_piece piece = {bit->begin, bit->end, ds_quartic_subtract(bit->turning, bit->arriving), 0.0};
     if (bit->direction == 0) {
         bit->stuck += duration;
     } else {

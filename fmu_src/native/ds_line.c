@@ -17,7 +17,7 @@ int ds_line_capacity(int cells)
 
 void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level)
 {
-    const ds_piece piece = {0.0, 1.0, {level, 0.0, 0.0, 0.0, 0.0}};
+    const ds_piece piece = {0.0, 1.0, {level, 0.0, 0.0, 0.0, 0.0}, level * level};
     line->capacity = ds_line_capacity(cells);
     line->break_limit = break_limit(cells);
     for (int i = 0; i < line->capacity; ++i) {
@@ -77,11 +77,12 @@ static int fold(ds_line *line, ds_piece *ring, ds_piece piece)
     if (strength > threshold(line)) {
         return 0;
     }
-    const double square = length * ds_quartic_product_integral(merged, merged, 1.0);
-    const double former = (last->end - last->begin) * ds_quartic_product_integral(last->wave, last->wave, 1.0);
-    const double added = (piece.end - last->end) * ds_quartic_product_integral(piece.wave, piece.wave, 1.0);
+    const double former = last->square;
+    const double square = length * ds_quartic_square_integral(merged);
+    const double added = (piece.end - last->end) * ds_quartic_square_integral(piece.wave);
     last->end = piece.end;
     last->wave = merged;
+    last->square = square;
     add(line, square - former);
     if (strength > NEGLIGIBLE) {
         line->folded += 1;
@@ -99,12 +100,13 @@ void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece)
     if (index >= line->capacity) {
         index -= line->capacity;
     }
+    piece.square = (piece.end - piece.begin) * ds_quartic_square_integral(piece.wave);
     ring[index] = piece;
     line->count += 1;
     if (piece.begin > 0.0) {
         line->breaks += 1;
     }
-    add(line, (piece.end - piece.begin) * ds_quartic_product_integral(piece.wave, piece.wave, 1.0));
+    add(line, piece.square);
 }
 
 ds_piece ds_line_pop(ds_line *line, const ds_piece *ring)
@@ -118,6 +120,6 @@ ds_piece ds_line_pop(ds_line *line, const ds_piece *ring)
     if (piece.begin > 0.0) {
         line->breaks -= 1;
     }
-    add(line, -((piece.end - piece.begin) * ds_quartic_product_integral(piece.wave, piece.wave, 1.0)));
+    add(line, -piece.square);
     return piece;
 }

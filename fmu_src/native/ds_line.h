@@ -9,6 +9,7 @@ typedef struct {
     double begin; /* 1, fraction of the cell, in [0, 1) */
     double end;   /* 1, fraction of the cell, in (0, 1] */
     ds_quartic wave; /* rad/s, the wave between them */
+    double square;   /* rad2/s2 cells, integral of its square */
 } ds_piece;
 
 typedef struct {
@@ -25,6 +26,7 @@ typedef struct {
 
 int ds_line_capacity(int cells);
 void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level);
+/* append a piece, whose `square` is computed here, or fold it into the last */
 void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece);
 ds_piece ds_line_pop(ds_line *line, const ds_piece *ring);
 

@@ -181,7 +181,7 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
 static double square_after(ds_piece piece, double fraction)
 {
     const ds_quartic rest = ds_quartic_restrict(piece.wave, (fraction - piece.begin) / (piece.end - piece.begin), 1.0);
-    return (piece.end - fraction) * ds_quartic_product_integral(rest, rest, 1.0);
+    return (piece.end - fraction) * ds_quartic_square_integral(rest);
 }
 
 /* energy stored in the string and the bit, (I L / 2) E of eq. (7) */

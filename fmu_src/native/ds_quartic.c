@@ -19,6 +19,16 @@ double ds_quartic_product_integral(ds_quartic a, ds_quartic b, double x)
     return x * (s0 + x * (0.5 * s1 + x * (DS_THIRD * s2 + x * (0.25 * s3 + x * tail))));
 }
 
+double ds_quartic_square_integral(ds_quartic c)
+{
+    double even = c.c0 * c.c0 + DS_THIRD * (c.c1 * c.c1 + 2.0 * (c.c0 * c.c2)) +
+                  0.2 * (c.c2 * c.c2 + 2.0 * (c.c0 * c.c4 + c.c1 * c.c3));
+    even = even + DS_SEVENTH * (c.c3 * c.c3 + 2.0 * (c.c2 * c.c4)) + DS_NINTH * (c.c4 * c.c4);
+    const double odd =
+        c.c0 * c.c1 + 0.5 * (c.c0 * c.c3 + c.c1 * c.c2) + DS_THIRD * (c.c1 * c.c4 + c.c2 * c.c3) + 0.25 * (c.c3 * c.c4);
+    return even + odd;
+}
+
 static double slope(ds_quartic c, double x)
 {
     return c.c1 + x * (2.0 * c.c2 + x * (3.0 * c.c3 + x * (4.0 * c.c4)));

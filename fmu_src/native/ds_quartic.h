@@ -60,6 +60,9 @@ static inline ds_quartic ds_quartic_subtract(ds_quartic a, ds_quartic b)
 /* integral of a b from 0 to x, exact but for rounding */
 double ds_quartic_product_integral(ds_quartic a, ds_quartic b, double x);
 
+/* integral of the square from 0 to 1, exact but for rounding */
+double ds_quartic_square_integral(ds_quartic c);
+
 /* least and greatest value on [x0, x1] */
 void ds_quartic_extremes(ds_quartic c, double x0, double x1, double *least, double *greatest);
 

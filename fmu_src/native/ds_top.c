@@ -1,6 +1,6 @@
 #include "ds_top.h"
 
-static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}};
+static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0.0};
 
 void ds_top_start(ds_top *top, double angle)
 {
@@ -36,7 +36,7 @@ void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_l
 void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *down, ds_piece *down_ring)
 {
     const double duration = (top->end - top->begin) * clock->cell;
-    const ds_piece piece = {top->begin, top->end, top->leaving};
+    const ds_piece piece = {top->begin, top->end, top->leaving, 0.0};
     top->angle += duration * ds_quartic_integral(ds_top_speed(top), 1.0);
     top->work += duration * ds_top_power_integral(law, clock, top, 1.0);
     ds_line_push(down, down_ring, piece);

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from math import pi
 
+from fmu_src import equations
 from fmu_src.schema import DisplayUnit, Model, Unit, Value, Variability, Variable
 
 UNITS: tuple[Unit, ...] = (
@@ -144,6 +145,8 @@ DRILLSTRING_NEUTRAL = Model(
     ),
     can_interpolate_inputs=True,
     log_categories=LOG_CATEGORIES,
+    equations=equations.PLANT_EQUATIONS,
+    limits=equations.PLANT_LIMITS,
 )  # fmt: skip
 
 _LAW_INPUTS = ("top_speed", "bit_speed", "bit_speed_ref", "bit_torque_ref")
@@ -173,6 +176,8 @@ DISSIPATIVE_LAW = Model(
     ),
     step_size=0.001,
     log_categories=LOG_CATEGORIES,
+    equations=equations.DISSIPATIVE_LAW_EQUATIONS,
+    limits=equations.DISSIPATIVE_LAW_LIMITS,
 )  # fmt: skip
 
 WEIGHT_ON_BIT_LAW = Model(
@@ -186,6 +191,8 @@ WEIGHT_ON_BIT_LAW = Model(
         _parameter("WOB_max", "N", 300000.0, 1e-3, 1e8, f"Upper limit, at least WOB_0 ({NOT_IN_THE_PAPER})", "model 20", "tunable"),
     ),
     log_categories=LOG_CATEGORIES,
+    equations=equations.WEIGHT_ON_BIT_LAW_EQUATIONS,
+    limits=equations.WEIGHT_ON_BIT_LAW_LIMITS,
 )  # fmt: skip
 
 
@@ -226,6 +233,8 @@ DRILLING_PROGRAM = Model(
     ),
     output_derivative_order=1,
     log_categories=LOG_CATEGORIES,
+    equations=equations.DRILLING_PROGRAM_EQUATIONS,
+    limits=equations.DRILLING_PROGRAM_LIMITS,
 )  # fmt: skip
 
 MODELS: dict[str, Model] = {

@@ -1,0 +1,44 @@
+r"""Text of the documentation pages: paragraphs with `names` between backticks and $formulas$ between dollar signs.
+
+A paragraph that reads ``$$ formula $$ label`` is a displayed equation with a label such as "Eq. (3)" at its right.
+"""
+
+from __future__ import annotations
+
+import re
+from html import escape
+
+from fmu_src.mathml import mathml
+
+_DISPLAYED = re.compile(r"\$\$(.+)\$\$\s*([^$]*)", re.DOTALL)
+_MARKED = re.compile(r"\$([^$]+)\$|`([^`]+)`|\*\*([^*]+)\*\*")
+_ROW = "display: flex; gap: 1rem; align-items: center; overflow-x: auto; padding: 0.5rem 0"
+
+
+def paragraphs(text: str) -> str:
+    """Return paragraphs, which blank lines divide, as HTML."""
+    return "\n".join(_paragraph(part) for part in re.split(r"\n\s*\n", text.strip()))
+
+
+def phrase(text: str) -> str:
+    """Return a text without paragraphs as HTML."""
+    parts: list[str] = []
+    position = 0
+    for match in _MARKED.finditer(text):
+        formula, name, strong = match.groups()
+        parts.append(escape(text[position : match.start()], quote=False))
+        if formula:
+            parts.append(f"<math>{mathml(formula)}</math>")
+        else:
+            parts.append(f"<code>{escape(name)}</code>" if name else f"<strong>{escape(strong)}</strong>")
+        position = match.end()
+    return "".join(parts) + escape(text[position:], quote=False)
+
+
+def _paragraph(text: str) -> str:
+    displayed = _DISPLAYED.fullmatch(text)
+    if displayed is None:
+        return f"<p>{phrase(text)}</p>"
+    formula, label = displayed.groups()
+    equation = f'<math display="block" style="flex: 1; text-align: center">{mathml(formula)}</math>'
+    return f'<div style="{_ROW}">{equation}<span class="reference">{escape(label)}</span></div>'

@@ -1,0 +1,121 @@
+"""Symmetry, and limits in which the motion is known in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.oracle import OracleParameters, Program
+from tests.plant.drive import RANGE, follow
+from tests.plant.programs import CASES, PAPER, Case
+from tests.plant.theory import torque_on_bit
+
+GRID = np.arange(1, 800) * 0.0137
+ODD = ("bit_speed", "top_speed", "bit_torque", "top_torque", "bit_angle", "top_angle")
+IMMOVABLE = Program.constant(1e8)
+"""A weight no string of the test breaks loose [N]."""
+
+
+def mirrored(case: Case) -> Case:
+    parameters = case.parameters
+    return replace(
+        case,
+        parameters=replace(
+            parameters, initial_speed=-parameters.initial_speed, initial_torque=-parameters.initial_torque
+        ),
+        omega=Program(case.omega.times, [-value for value in case.omega.values], [-s for s in case.omega.slopes]),
+    )
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_turning_the_other_way_is_the_mirror_image_bit_for_bit(name):
+    case, mirror = CASES[name], mirrored(CASES[name])
+    grid = np.arange(1, int(case.end / 0.0137)) * 0.0137
+    run, image = (follow(c.parameters, c.omega, c.wob, grid, cells=150) for c in (case, mirror))
+    for output in ODD:
+        assert (run[output] == -image[output]).all(), output
+    assert (run["bit_speed_min"] == -image["bit_speed_max"]).all()
+    assert (run["bit_speed_max"] == -image["bit_speed_min"]).all()
+    for output in set(run.names) - {*ODD, *RANGE}:
+        assert (run[output] == image[output]).all(), output
+
+
+@pytest.mark.parametrize("top", [120.0, 2000.0, 1e6])
+@pytest.mark.parametrize("step", [0.0137, 0.61])
+def test_waves_over_a_bit_that_cannot_turn_are_a_geometric_series(top, step):
+    # D_k = Y D_(k-1) + c_a/(c_a + Z) Omega between round trips, the bit reflects U = -D
+    parameters, omega = replace(PAPER, c_a=top), 10.0
+    run = follow(parameters, Program.constant(omega), IMMOVABLE, np.arange(1, int(11 / step)) * step)
+    trips = (run.times / (2 * PAPER.travel_time)).astype(int)
+    down = [0.0]
+    for _ in range(trips[-1] + 1):
+        down.append(parameters.reflection * down[-1] + parameters.transmission * omega)
+    top_speed = np.array(down)[trips + 1] - np.array(down)[trips]
+    assert run["top_speed"] == pytest.approx(top_speed, abs=1e-12)
+    assert run["top_torque"] == pytest.approx(top * (omega - top_speed), rel=1e-11, abs=1e-12 * top)
+    arrived = ((run.times + PAPER.travel_time) / (2 * PAPER.travel_time)).astype(int)
+    assert run["bit_torque"] == pytest.approx(2 * PAPER.impedance * np.array(down)[arrived], rel=1e-12)
+    assert (run["bit_speed"] == 0.0).all()
+    assert run["stuck_time"] == pytest.approx(run.times, abs=1e-9)
+
+
+def test_top_of_the_strings_impedance_absorbs_every_wave():
+    # with c_a = Z nothing comes back: one round trip after the last change all is as it stays
+    parameters = replace(PAPER, c_a=PAPER.impedance)
+    run = follow(parameters, Program.held([0, 3.0003], [10, -4]), IMMOVABLE, GRID)
+    trip = 2 * PAPER.travel_time
+    early, late = (run.times < trip) | ((run.times > 3.0004) & (run.times < 3.0003 + trip)), run.times > 3.0004 + trip
+    assert (run["top_speed"][(run.times > trip) & (run.times < 3.0)] == 0.0).all()
+    assert (run["top_speed"][late] == 0.0).all()
+    assert np.abs(run["top_speed"][early]).min() == pytest.approx(5.0)
+    assert run["bit_torque"][late] == pytest.approx(-4 * parameters.c_a, rel=1e-12)
+
+
+def test_waves_pass_a_top_that_asks_for_what_they_bring_unhindered():
+    # the initial rotation and torque are those of a drive at Omega = v0 + tau0/c_a, whatever c_a
+    for top in (120.0, PAPER.impedance, 1e6):
+        start = replace(PAPER, c_a=top, c_b=50.0, initial_speed=7.0)
+        torque = torque_on_bit(start, 2e4, 7.0)
+        run = follow(
+            replace(start, initial_torque=torque), Program.constant(7.0 + torque / top), Program.constant(2e4), [2.0]
+        )
+        assert run["top_speed"] == pytest.approx(7.0, abs=1e-9)
+        assert run["top_torque"] == pytest.approx(torque, rel=1e-7)
+
+
+@pytest.mark.parametrize("inertia", [5.0, 89.0])
+def test_free_bit_answers_the_first_wave_like_a_mass_on_a_damper(inertia):
+    # I_B v' = 2 Z D - (Z + c_b) v until the wave is back
+    parameters = OracleParameters(I_B=inertia, c_b=40.0)
+    run = follow(parameters, Program.constant(10.0), Program.constant(0.0), np.linspace(0.01, 1.11, 111))
+    damping = parameters.impedance + parameters.c_b
+    since = np.maximum(0.0, run.times - parameters.travel_time)
+    push = 2 * parameters.impedance * parameters.transmission * 10.0 / damping
+    assert run["bit_speed"] == pytest.approx(push * -np.expm1(-damping / inertia * since), abs=1e-9)
+    angle = push * (since + inertia / damping * np.expm1(-damping / inertia * since))
+    assert run["bit_angle"] == pytest.approx(angle, abs=1e-9)
+    assert run["bit_torque"] == pytest.approx(parameters.c_b * run["bit_speed"], abs=1e-9)
+    assert not run["bit_stuck"][run.times > parameters.travel_time].any()
+
+
+def test_bit_at_rest_slips_at_once_under_more_than_the_static_torque():
+    static = 97347.0 * PAPER.R_b * PAPER.mu_sb
+    for torque, slips in ((static - 1.0, 0), (static + 1.0, 1), (-static - 1.0, 1), (1.0 - static, 0)):
+        start = replace(PAPER, initial_torque=torque)
+        # the drive of the torque: Omega = tau0 / c_a keeps the waves as they are
+        run = follow(start, Program.constant(torque / PAPER.c_a), Program.constant(97347.0), [1e-3, 0.3])
+        assert run["slip_count"].tolist() == [slips, slips]
+        assert (run["bit_stuck"] == 1 - slips).all()
+        assert (np.sign(run["bit_speed"]) == slips * np.sign(torque)).all()
+
+
+def test_angles_differ_by_the_twist_that_the_torque_makes():
+    # at rest under the torque tau0: y - w = tau0 L / (G J)
+    torque = 8000.0
+    start = replace(PAPER, initial_torque=torque)
+    run = follow(start, Program.constant(torque / PAPER.c_a), IMMOVABLE, [1.0, 5.0])
+    assert run["top_angle"] == pytest.approx(torque * PAPER.L / (PAPER.G * PAPER.J), rel=1e-12)
+    assert (run["bit_angle"] == 0.0).all()
+    assert run["bit_torque"] == pytest.approx(torque, rel=1e-12)

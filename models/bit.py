@@ -25,6 +25,12 @@ SHORTEST_SLIP = 1e-9
 GREATEST_EXPONENT = 4.0
 """Where the friction is continued beyond rest, its exponent is kept below this."""
 
+GREATEST_STIFFNESS = 0.25
+"""A piece in which the acceleration depends on the speed more strongly, times its duration, is halved."""
+
+MOST_HALVINGS = 12
+"""More are not made, whatever the stiffness."""
+
 NEWTON_STEPS = 12
 """Most Newton steps of a piece; two are usual."""
 
@@ -92,14 +98,16 @@ class Bit:
         Direction in which the bit breaks loose at the end of the piece, 0 if it does not.
     arrived : bool
         The last piece ended at rest, and it is not yet decided whether the bit sticks.
+    stiffness : float
+        Greatest derivative of the acceleration by the speed, times the duration of the piece.
     angle, loss, stuck : float
         Angle turned [rad], energy lost [J], time stuck [s] up to `begin`.
     """
 
     __slots__ = (
         "angle", "arrived", "arriving", "begin", "cell", "clock", "direction", "end", "incoming", "last_release",
-        "last_stop", "law", "loss", "pressure", "releases", "slips", "speed", "stops", "stuck", "turning", "weight",
-        "weight_rise",
+        "last_stop", "law", "loss", "pressure", "releases", "slips", "speed", "stiffness", "stops", "stuck", "turning",
+        "weight", "weight_rise",
     )  # fmt: skip
 
     def __init__(self, law: BitLaw, clock: Clock, speed: float, pressure: Ramp) -> None:
@@ -115,6 +123,7 @@ class Bit:
         self.weight = self.weight_rise = 0.0
         self.stops = self.arrived = False
         self.releases = 0
+        self.stiffness = 0.0
         self.angle = self.loss = self.stuck = 0.0
         self.last_stop = self.last_release = clock.start
         self.slips = 0
@@ -129,7 +138,8 @@ class Bit:
         self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
         self.weight, self.weight_rise = self.pressure.over(self.clock, self.cell, self.begin, self.end)
         self.stops = False
-        if self.direction == 0:
+        if self.speed == 0.0:
+            self.direction = 0  # whatever it was about to do, inputs may have changed since
             self._rest()
         else:
             self._slip()
@@ -199,9 +209,7 @@ class Bit:
             self.releases = 0
             self._slip()
             if self.direction != 0:
-                if not self.arrived:  # passing through rest is neither a stop nor a release
-                    self.last_release = self.clock.time(self.cell, self.begin)
-                    self.slips += 1
+                self._count_release()
                 return
             x = NONE
         if self.arrived:
@@ -211,6 +219,13 @@ class Bit:
         if x < 1.0:
             self._shorten(x, self.begin + x * (self.end - self.begin))
             self.releases = 1 if ahead <= back else -1
+
+    def _count_release(self) -> None:
+        """Count a release, but not a passage through rest, nor one again that is decided anew."""
+        time = self.clock.time(self.cell, self.begin)
+        if not self.arrived and (self.slips == 0 or time != self.last_release):
+            self.last_release = time
+            self.slips += 1
 
     def _excess_torque(self) -> tuple[Quartic, Quartic]:
         """Return by how much the torque on the stuck bit exceeds the static friction ahead and back [N m]."""
@@ -225,6 +240,11 @@ class Bit:
     def _slip(self) -> None:
         """Integrate the bit equation over the piece, or up to the place where the bit comes to rest."""
         self.turning = self._collocate()
+        for _ in range(MOST_HALVINGS):
+            if self.stiffness <= GREATEST_STIFFNESS:
+                break
+            self._shorten(0.5, self.begin + 0.5 * (self.end - self.begin))
+            self.turning = self._collocate()
         t0, t1, t2, t3, t4 = self.turning
         x = first_positive((-t0, -t1, -t2, -t3, -t4) if self.direction > 0 else self.turning)
         if x > 1.0:
@@ -236,15 +256,22 @@ class Bit:
         self.stops = True
 
     def _collocate(self) -> Quartic:
-        """Return the speed over the piece, by Newton's method from a constant acceleration."""
+        """Return the speed over the piece, by Newton's method from a constant acceleration, and set the stiffness.
+
+        Where the begin alone shows that the piece is too stiff, it is not integrated.
+        """
         duration = (self.end - self.begin) * self.clock.cell
         start = self.speed
-        g0, _ = self._acceleration(0.0, start)
+        g0, j0 = self._acceleration(0.0, start)
         g0 = duration * g0
+        self.stiffness = duration * abs(j0)
+        if self.stiffness > GREATEST_STIFFNESS:
+            return ZERO
         if start == 0.0 and g0 * self.direction < 0.0:
             g0 = 0.0  # by rounding: at a release the friction is overcome
         v1, v2, v3 = start + NODES[1] * g0, start + NODES[2] * g0, start + g0
         slopes = (g0, g0, g0, g0)
+        jacobian = (0.0, 0.0, 0.0)
         for _ in range(NEWTON_STEPS):
             g1, j1 = self._acceleration(NODES[1], v1)
             g2, j2 = self._acceleration(NODES[2], v2)
@@ -261,6 +288,7 @@ class Bit:
             )
             if abs(d1) <= NEWTON_LIMIT and abs(d2) <= NEWTON_LIMIT and abs(d3) <= NEWTON_LIMIT:
                 break
+        self.stiffness = max(abs(jacobian[0]), abs(jacobian[1]), abs(jacobian[2]))
         return antiderivative(start, slopes)
 
     def _acceleration(self, x: float, speed: float) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from models.quartic import ZERO, Quartic, merge, square_integral
+from models.quartic import ZERO, Quartic, flatten, merge, square_integral
 
 NEGLIGIBLE = 1e-10
 """Strength below which a break is folded without being counted [rad/s]."""
@@ -109,12 +109,14 @@ class DelayLine:
         merged, strength = merge(before, wave, (middle - start) / length)
         if strength > self._threshold():
             return False
+        if strength > NEGLIGIBLE:
+            # the projection of the two pieces: it adds no energy, and the bit's collocation follows a cubic exactly
+            merged = flatten(merged)
+            self.folded += 1
         square = length * square_integral(merged)
         added = (end - middle) * square_integral(wave)
         self.pieces[last] = (start, end, merged, square)
         self._add(square - former)
-        if strength > NEGLIGIBLE:
-            self.folded += 1
         self.folded_square += (former - square) + added
         return True
 

@@ -209,11 +209,20 @@ def merge(a: Quartic, b: Quartic, u: float) -> tuple[Quartic, float]:
     return add(base, _projection(rest, start, width)), difference
 
 
-def _projection(c: Quartic, s: float, w: float) -> Quartic:
-    """Return the least-squares cubic on [0, 1] of a function that is c on [s, s + w] and 0 elsewhere.
+def flatten(c: Quartic) -> Quartic:
+    """Return the least-squares cubic on [0, 1]: the quartic less its share of the fourth Legendre polynomial."""
+    c4 = c[4]
+    return (
+        c[0] - 0.014285714285714285 * c4,
+        c[1] + 0.2857142857142857 * c4,
+        c[2] - 1.2857142857142858 * c4,
+        c[3] + 2.0 * c4,
+        0.0,
+    )
 
-    A cubic, because the collocation of the bit follows one exactly: what is folded then leaves no error in the energy.
-    """
+
+def _projection(c: Quartic, s: float, w: float) -> Quartic:
+    """Return the least-squares cubic on [0, 1] of a function that is c on [s, s + w] and 0 elsewhere."""
     n0 = c[0] + 0.5 * c[1] + THIRD * c[2] + 0.25 * c[3] + 0.2 * c[4]
     n1 = 0.5 * c[0] + THIRD * c[1] + 0.25 * c[2] + 0.2 * c[3] + SIXTH * c[4]
     n2 = THIRD * c[0] + 0.25 * c[1] + 0.2 * c[2] + SIXTH * c[3] + SEVENTH * c[4]

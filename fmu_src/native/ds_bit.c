@@ -7,6 +7,8 @@
 
 #define SHORTEST_SLIP 1e-9 /* a release that would stop again within this part of a piece is none */
 #define GREATEST_EXPONENT 4.0 /* where the friction is continued beyond rest, its exponent is kept below this */
+#define GREATEST_STIFFNESS 0.25 /* a piece in which the acceleration depends more on the speed, times its duration, is halved */
+#define MOST_HALVINGS 12   /* more are not made, whatever the stiffness */
 #define NEWTON_STEPS 12    /* most Newton steps of a piece; two are usual */
 #define NEWTON_LIMIT 1e-7  /* rad/s, correction after which no further step is taken: the next would be its square */
 
@@ -54,14 +56,19 @@ static double acceleration(const ds_bit_law *law, const ds_bit *bit, double x, d
     return (drive - law->damping * speed - dry) / law->inertia;
 }
 
-/* the speed over the piece, by Newton's method from a constant acceleration */
-static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const ds_bit *bit)
+/* the speed over the piece, by Newton's method from a constant acceleration; *stiffness: the greatest derivative of
+ * the acceleration by the speed, times the duration. Where the begin alone shows that it is too great, no more is done */
+static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const ds_bit *bit, double *stiffness)
 {
     const double duration = (bit->end - bit->begin) * clock->cell;
     const double start = bit->speed;
     double jacobian[3];
     double g[4];
     g[0] = duration * acceleration(law, bit, 0.0, start, &jacobian[0]);
+    *stiffness = duration * fabs(jacobian[0]);
+    if (*stiffness > GREATEST_STIFFNESS) {
+        return NOTHING.wave;
+    }
     if (start == 0.0 && g[0] * bit->direction < 0.0) {
         g[0] = 0.0; /* by rounding: at a release the friction is overcome */
     }
@@ -86,6 +93,12 @@ static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const 
             break;
         }
     }
+    *stiffness = fabs(jacobian[0]);
+    for (int i = 1; i < 3; ++i) {
+        if (fabs(jacobian[i]) > *stiffness) {
+            *stiffness = fabs(jacobian[i]);
+        }
+    }
     return ds_antiderivative(start, g);
 }
 
@@ -101,7 +114,12 @@ static void shorten(ds_bit *bit, double x, double fraction)
 /* integrate the bit equation over the piece, or up to the place where the bit comes to rest */
 static void slip(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
 {
-    bit->turning = collocate(law, clock, bit);
+    double stiffness;
+    bit->turning = collocate(law, clock, bit, &stiffness);
+    for (int i = 0; i < MOST_HALVINGS && !(stiffness <= GREATEST_STIFFNESS); ++i) {
+        shorten(bit, 0.5, bit->begin + 0.5 * (bit->end - bit->begin));
+        bit->turning = collocate(law, clock, bit, &stiffness);
+    }
     const ds_quartic t = bit->turning;
     const ds_quartic back = {-t.c0, -t.c1, -t.c2, -t.c3, -t.c4};
     const double x = ds_quartic_first_positive(bit->direction > 0 ? back : t);
@@ -129,6 +147,16 @@ static void excess_places(const ds_bit_law *law, const ds_bit *bit, double *ahea
     *back = ds_quartic_first_positive(below);
 }
 
+/* count a release, but not a passage through rest, nor one again that is decided anew */
+static void count_release(const ds_clock *clock, ds_bit *bit)
+{
+    const double time = ds_clock_time(clock, bit->cell, bit->begin);
+    if (!bit->arrived && (bit->slips == 0 || time != bit->last_release)) {
+        bit->last_release = time;
+        bit->slips += 1;
+    }
+}
+
 /* keep the bit stuck up to the end of the piece or its release; at a release, begin to slip */
 static void rest(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
 {
@@ -141,10 +169,7 @@ static void rest(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
         bit->releases = 0;
         slip(law, clock, bit);
         if (bit->direction != 0) {
-            if (!bit->arrived) { /* passing through rest is neither a stop nor a release */
-                bit->last_release = ds_clock_time(clock, bit->cell, bit->begin);
-                bit->slips += 1;
-            }
+            count_release(clock, bit);
             return;
         }
         x = DS_NONE;
@@ -172,7 +197,8 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
     bit->arriving = ds_quartic_restrict(bit->incoming.wave, (bit->begin - first) / (last - first), 1.0);
     bit->weight = ds_ramp_at(&bit->pressure, clock, bit->cell, bit->begin, bit->end, &bit->weight_rise);
     bit->stops = 0;
-    if (bit->direction == 0) {
+    if (bit->speed == 0.0) {
+        bit->direction = 0; /* whatever it was about to do, inputs may have changed since */
         rest(law, clock, bit);
     } else {
         slip(law, clock, bit);

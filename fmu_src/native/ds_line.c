@@ -73,9 +73,14 @@ static int fold(ds_line *line, ds_piece *ring, ds_piece piece)
     }
     const double length = piece.end - last->begin;
     double strength;
-    const ds_quartic merged = ds_quartic_merge(last->wave, piece.wave, (last->end - last->begin) / length, &strength);
+    ds_quartic merged = ds_quartic_merge(last->wave, piece.wave, (last->end - last->begin) / length, &strength);
     if (strength > threshold(line)) {
         return 0;
+    }
+    if (strength > NEGLIGIBLE) {
+        /* the projection of the two pieces: it adds no energy, and the bit's collocation follows a cubic exactly */
+        merged = ds_quartic_flatten(merged);
+        line->folded += 1;
     }
     const double former = last->square;
     const double square = length * ds_quartic_square_integral(merged);
@@ -84,9 +89,6 @@ static int fold(ds_line *line, ds_piece *ring, ds_piece piece)
     last->wave = merged;
     last->square = square;
     add(line, square - former);
-    if (strength > NEGLIGIBLE) {
-        line->folded += 1;
-    }
     line->folded_square += (former - square) + added;
     return 1;
 }

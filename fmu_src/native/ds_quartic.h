@@ -72,4 +72,17 @@ double ds_quartic_first_positive(ds_quartic c);
 /* the quartic on [0, 1] with the first four moments of a on [0, u] and b on [u, 1]; *difference: how much they differ */
 ds_quartic ds_quartic_merge(ds_quartic a, ds_quartic b, double u, double *difference);
 
+/* the least-squares cubic on [0, 1]: the quartic less its share of the fourth Legendre polynomial */
+static inline ds_quartic ds_quartic_flatten(ds_quartic c)
+{
+    const ds_quartic r = {
+        c.c0 - 0.014285714285714285 * c.c4,
+        c.c1 + 0.2857142857142857 * c.c4,
+        c.c2 - 1.2857142857142858 * c.c4,
+        c.c3 + 2.0 * c.c4,
+        0.0,
+    };
+    return r;
+}
+
 #endif

@@ -9,21 +9,16 @@ it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from models.clock import SNAP, Clock, Ramp
 from models.collocation import NODES, WEIGHTS, antiderivative, correction, values
 from models.delay_line import NOTHING, DelayLine
-from models.exponential import exponential
-from models.parameters import DrillstringParameters
+from models.friction import BitLaw
 from models.quartic import NONE, ZERO, Quartic, end_value, extremes, first_positive, integral, restrict, subtract, value
 
 SHORTEST_SLIP = 1e-9
 """A release that would stop again within this part of a piece is none: the bit stays stuck."""
-
-GREATEST_EXPONENT = 4.0
-"""Where the friction is continued beyond rest, its exponent is kept below this."""
 
 GREATEST_STIFFNESS = 0.25
 """A piece in which the acceleration depends on the speed more strongly, times its duration, is halved."""
@@ -36,43 +31,6 @@ NEWTON_STEPS = 12
 
 NEWTON_LIMIT = 1e-7
 """Correction after which no further step is taken: the next would be about its square [rad/s]."""
-
-
-@dataclass(frozen=True)
-class BitLaw:
-    """Constants of the bit equation, derived once from the parameters."""
-
-    twice_impedance: float
-    damping: float  # Z + c_b
-    viscosity: float  # c_b
-    inertia: float
-    coulomb: float  # R_b mu_cb
-    excess: float  # R_b (mu_sb - mu_cb)
-    static: float  # R_b mu_sb
-    rate: float  # gamma_b / v_f
-
-    @classmethod
-    def of(cls, parameters: DrillstringParameters) -> BitLaw:
-        """Derive the constants."""
-        impedance = parameters.impedance
-        return cls(
-            twice_impedance=2.0 * impedance,
-            damping=impedance + parameters.c_b,
-            viscosity=parameters.c_b,
-            inertia=parameters.I_B,
-            coulomb=parameters.R_b * parameters.mu_cb,
-            excess=parameters.R_b * (parameters.mu_sb - parameters.mu_cb),
-            static=parameters.R_b * parameters.mu_sb,
-            rate=parameters.gamma_b / parameters.v_f,
-        )
-
-    def fading(self, direction: int, speed: float) -> float:
-        """Return the exponential of eq. (4) in a slip in `direction` (1 or -1), continued smoothly through rest.
-
-        Beyond rest it only serves the search for the stop; there it is capped.
-        """
-        exponent = -self.rate * (direction * speed)
-        return exponential(exponent if exponent < GREATEST_EXPONENT else GREATEST_EXPONENT)
 
 
 class Bit:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from models.bit import Bit, BitLaw
+from models.bit import Bit
 from models.clock import Clock, Ramp
 from models.delay_line import DelayLine, Piece
+from models.friction import BitLaw
 from models.parameters import DrillstringParameters
 from models.quartic import integral, product_integral, restrict, square_integral, subtract, value
 from models.top import Top

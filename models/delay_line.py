@@ -58,7 +58,7 @@ class DelayLine:
 
     def __init__(self, cells: int, level: float) -> None:
         """Fill one travel time with a constant wave `level` [rad/s]."""
-        self.break_limit = cells if cells > 64 else 64
+        self.break_limit = cells if cells > 256 else 256
         empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0, 0.0), level * level)
         self.pieces = [empty] * (cells + 2 + self.break_limit)
         self.first = 0

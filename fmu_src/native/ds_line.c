@@ -7,7 +7,7 @@
 
 static int break_limit(int cells)
 {
-    return cells > 64 ? cells : 64;
+    return cells > 256 ? cells : 256;
 }
 
 int ds_line_capacity(int cells)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import Any
 
 from models.clock import SNAP, Clock, Ramp
-from models.collocation import NODES, WEIGHTS, antiderivative, correction, values
+from models.collocation import NODES, WEIGHTS, Slopes, antiderivative, correction, values
 from models.delay_line import NOTHING, DelayLine
 from models.friction import BitLaw
 from models.quartic import NONE, ZERO, Quartic, end_value, extremes, first_positive, integral, restrict, subtract, value
@@ -23,8 +23,11 @@ SHORTEST_SLIP = 1e-9
 GREATEST_STIFFNESS = 0.25
 """A piece in which the acceleration depends on the speed more strongly, times its duration, is halved."""
 
+GREATEST_FADING = 1e-4
+"""So is one in which the friction fades by more than a quartic can follow: about a millionth of this is the error."""
+
 MOST_HALVINGS = 12
-"""More are not made, whatever the stiffness."""
+"""More halvings are not made."""
 
 NEWTON_STEPS = 12
 """Most Newton steps of a piece; two are usual."""
@@ -56,15 +59,15 @@ class Bit:
         Direction in which the bit breaks loose at the end of the piece, 0 if it does not.
     arrived : bool
         The last piece ended at rest, and it is not yet decided whether the bit sticks.
-    stiffness : float
-        Greatest derivative of the acceleration by the speed, times the duration of the piece.
+    roughness : float
+        How hard the speed over the piece is to follow; a piece above 1 is halved.
     angle, loss, stuck : float
         Angle turned [rad], energy lost [J], time stuck [s] up to `begin`.
     """
 
     __slots__ = (
         "angle", "arrived", "arriving", "begin", "cell", "clock", "direction", "end", "incoming", "last_release",
-        "last_stop", "law", "loss", "pressure", "releases", "slips", "speed", "stiffness", "stops", "stuck", "turning",
+        "last_stop", "law", "loss", "pressure", "releases", "roughness", "slips", "speed", "stops", "stuck", "turning",
         "weight", "weight_rise",
     )  # fmt: skip
 
@@ -81,7 +84,7 @@ class Bit:
         self.weight = self.weight_rise = 0.0
         self.stops = self.arrived = False
         self.releases = 0
-        self.stiffness = 0.0
+        self.roughness = 0.0
         self.angle = self.loss = self.stuck = 0.0
         self.last_stop = self.last_release = clock.start
         self.slips = 0
@@ -199,7 +202,7 @@ class Bit:
         """Integrate the bit equation over the piece, or up to the place where the bit comes to rest."""
         self.turning = self._collocate()
         for _ in range(MOST_HALVINGS):
-            if self.stiffness <= GREATEST_STIFFNESS:
+            if self.roughness <= 1.0:
                 break
             self._shorten(0.5, self.begin + 0.5 * (self.end - self.begin))
             self.turning = self._collocate()
@@ -214,16 +217,16 @@ class Bit:
         self.stops = True
 
     def _collocate(self) -> Quartic:
-        """Return the speed over the piece, by Newton's method from a constant acceleration, and set the stiffness.
+        """Return the speed over the piece, by Newton's method from a constant acceleration, and set the roughness.
 
-        Where the begin alone shows that the piece is too stiff, it is not integrated.
+        Where the begin alone shows that the piece is too rough, it is not integrated.
         """
         duration = (self.end - self.begin) * self.clock.cell
         start = self.speed
         g0, j0 = self._acceleration(0.0, start)
         g0 = duration * g0
-        self.stiffness = duration * abs(j0)
-        if self.stiffness > GREATEST_STIFFNESS:
+        self.roughness = duration * abs(j0) / GREATEST_STIFFNESS
+        if self.roughness > 1.0:
             return ZERO
         if start == 0.0 and g0 * self.direction < 0.0:
             g0 = 0.0  # by rounding: at a release the friction is overcome
@@ -246,8 +249,16 @@ class Bit:
             )
             if abs(d1) <= NEWTON_LIMIT and abs(d2) <= NEWTON_LIMIT and abs(d3) <= NEWTON_LIMIT:
                 break
-        self.stiffness = max(abs(jacobian[0]), abs(jacobian[1]), abs(jacobian[2]))
+        self.roughness = self._rough(duration, (duration * j0, *jacobian), v3 - start)
         return antiderivative(start, slopes)
+
+    def _rough(self, duration: float, jacobian: Slopes, rise: float) -> float:
+        """Return the roughness of the piece from the derivatives at its four points and the rise of the speed."""
+        stiffest = max(abs(jacobian[1]), abs(jacobian[2]), abs(jacobian[3]))
+        steepest = max(jacobian[0], jacobian[3]) + duration * (self.law.damping / self.law.inertia)
+        faded = self.law.rate * rise
+        square = faded * faded
+        return max(stiffest / GREATEST_STIFFNESS, steepest * abs(rise) * (square * square) / GREATEST_FADING)
 
     def _acceleration(self, x: float, speed: float) -> tuple[float, float]:
         """Return dv/dt at x of the piece [rad/s^2] and its derivative by the speed [1/s]."""

@@ -7,8 +7,9 @@
 
 #define SHORTEST_SLIP 1e-9 /* a release that would stop again within this part of a piece is none */
 #define GREATEST_EXPONENT 4.0 /* where the friction is continued beyond rest, its exponent is kept below this */
-#define GREATEST_STIFFNESS 0.25 /* a piece in which the acceleration depends more on the speed, times its duration, is halved */
-#define MOST_HALVINGS 12   /* more are not made, whatever the stiffness */
+#define GREATEST_STIFFNESS 0.25 /* a piece in which the acceleration depends on the speed more strongly is halved */
+#define GREATEST_FADING 1e-4 /* so is one in which the friction fades by more than a quartic can follow */
+#define MOST_HALVINGS 12   /* more are not made */
 #define NEWTON_STEPS 12    /* most Newton steps of a piece; two are usual */
 #define NEWTON_LIMIT 1e-7  /* rad/s, correction after which no further step is taken: the next would be its square */
 
@@ -56,17 +57,34 @@ static double acceleration(const ds_bit_law *law, const ds_bit *bit, double x, d
     return (drive - law->damping * speed - dry) / law->inertia;
 }
 
-/* the speed over the piece, by Newton's method from a constant acceleration; *stiffness: the greatest derivative of
- * the acceleration by the speed, times the duration. Where the begin alone shows that it is too great, no more is done */
-static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const ds_bit *bit, double *stiffness)
+static double greater(double a, double b)
+{
+    return b > a ? b : a; /* as max of Python, which keeps the first of equals */
+}
+
+/* how hard the speed over the piece is to follow, from the derivatives at its four points and the rise of the speed */
+static double rough(const ds_bit_law *law, double duration, double first, const double jacobian[3], double rise)
+{
+    const double stiffest = greater(greater(fabs(jacobian[0]), fabs(jacobian[1])), fabs(jacobian[2]));
+    const double steepest = greater(first, jacobian[2]) + duration * (law->damping / law->inertia);
+    const double faded = law->rate * rise;
+    const double square = faded * faded;
+    return greater(stiffest / GREATEST_STIFFNESS, steepest * fabs(rise) * (square * square) / GREATEST_FADING);
+}
+
+/* the speed over the piece, by Newton's method from a constant acceleration; *roughness: how hard it is to follow, a
+ * piece above 1 is to be halved. Where the begin alone shows that it is too rough, it is not integrated */
+static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const ds_bit *bit, double *roughness)
 {
     const double duration = (bit->end - bit->begin) * clock->cell;
     const double start = bit->speed;
     double jacobian[3];
     double g[4];
-    g[0] = duration * acceleration(law, bit, 0.0, start, &jacobian[0]);
-    *stiffness = duration * fabs(jacobian[0]);
-    if (*stiffness > GREATEST_STIFFNESS) {
+    g[0] = acceleration(law, bit, 0.0, start, &jacobian[0]);
+    const double first = duration * jacobian[0];
+    g[0] = duration * g[0];
+    *roughness = duration * fabs(jacobian[0]) / GREATEST_STIFFNESS;
+    if (*roughness > 1.0) {
         return NOTHING.wave;
     }
     if (start == 0.0 && g[0] * bit->direction < 0.0) {
@@ -93,12 +111,7 @@ static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const 
             break;
         }
     }
-    *stiffness = fabs(jacobian[0]);
-    for (int i = 1; i < 3; ++i) {
-        if (fabs(jacobian[i]) > *stiffness) {
-            *stiffness = fabs(jacobian[i]);
-        }
-    }
+    *roughness = rough(law, duration, first, jacobian, v[2] - start);
     return ds_antiderivative(start, g);
 }
 
@@ -114,11 +127,11 @@ static void shorten(ds_bit *bit, double x, double fraction)
 /* integrate the bit equation over the piece, or up to the place where the bit comes to rest */
 static void slip(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
 {
-    double stiffness;
-    bit->turning = collocate(law, clock, bit, &stiffness);
-    for (int i = 0; i < MOST_HALVINGS && !(stiffness <= GREATEST_STIFFNESS); ++i) {
+    double roughness;
+    bit->turning = collocate(law, clock, bit, &roughness);
+    for (int i = 0; i < MOST_HALVINGS && !(roughness <= 1.0); ++i) {
         shorten(bit, 0.5, bit->begin + 0.5 * (bit->end - bit->begin));
-        bit->turning = collocate(law, clock, bit, &stiffness);
+        bit->turning = collocate(law, clock, bit, &roughness);
     }
     const ds_quartic t = bit->turning;
     const ds_quartic back = {-t.c0, -t.c1, -t.c2, -t.c3, -t.c4};

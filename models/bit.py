@@ -21,7 +21,7 @@ SHORTEST_SLIP = 1e-9
 """A release that would stop again within this part of a piece is none: the bit stays stuck."""
 
 GREATEST_STIFFNESS = 0.25
-"""A piece in which the acceleration depends on the speed more strongly, times its duration, is halved."""
+"""A piece is halved if the acceleration depends on the speed more strongly, times its duration; default grid."""
 
 GREATEST_FADING = 1e-4
 """So is one in which the friction fades by more than a quartic can follow: about a millionth of this is the error."""
@@ -66,14 +66,17 @@ class Bit:
     """
 
     __slots__ = (
-        "angle", "arrived", "arriving", "begin", "cell", "clock", "direction", "end", "incoming", "last_release",
-        "last_stop", "law", "loss", "pressure", "releases", "roughness", "slips", "speed", "stops", "stuck", "turning",
-        "weight", "weight_rise",
+        "angle", "arrived", "arriving", "begin", "cell", "clock", "direction", "end", "greatest_fading",
+        "greatest_stiffness", "incoming", "last_release", "last_stop", "law", "loss", "pressure", "releases",
+        "roughness", "slips", "speed", "stops", "stuck", "turning", "weight", "weight_rise",
     )  # fmt: skip
 
     def __init__(self, law: BitLaw, clock: Clock, speed: float, pressure: Ramp) -> None:
         self.law = law
         self.clock = clock
+        square = clock.coarseness * clock.coarseness
+        self.greatest_stiffness = GREATEST_STIFFNESS * clock.coarseness
+        self.greatest_fading = GREATEST_FADING * (square * square)
         self.cell = 0
         self.begin = self.end = 0.0
         self.direction = 1 if speed > 0.0 else -1 if speed < 0.0 else 0
@@ -225,7 +228,7 @@ class Bit:
         start = self.speed
         g0, j0 = self._acceleration(0.0, start)
         g0 = duration * g0
-        self.roughness = duration * abs(j0) / GREATEST_STIFFNESS
+        self.roughness = duration * abs(j0) / self.greatest_stiffness
         if self.roughness > 1.0:
             return ZERO
         if start == 0.0 and g0 * self.direction < 0.0:
@@ -258,7 +261,7 @@ class Bit:
         steepest = max(jacobian[0], jacobian[3]) + duration * (self.law.damping / self.law.inertia)
         faded = self.law.rate * rise
         square = faded * faded
-        return max(stiffest / GREATEST_STIFFNESS, steepest * abs(rise) * (square * square) / GREATEST_FADING)
+        return max(stiffest / self.greatest_stiffness, steepest * abs(rise) * (square * square) / self.greatest_fading)
 
     def _acceleration(self, x: float, speed: float) -> tuple[float, float]:
         """Return dv/dt at x of the piece [rad/s^2] and its derivative by the speed [1/s]."""
@@ -290,4 +293,4 @@ class Bit:
         self.pressure = Ramp(*state["pressure"])
 
 
-_CONSTANT = frozenset({"clock", "law"})
+_CONSTANT = frozenset({"clock", "greatest_fading", "greatest_stiffness", "law"})

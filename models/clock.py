@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+CELL_LIMIT = 0.0005
+"""Longest cell of the default grid [s]."""
+
 SNAP = 1e-11
 """Nearer than this to a boundary, an input change is taken to be at the boundary [cells]."""
 
@@ -23,6 +26,12 @@ class Clock:
 
     start: float
     cell: float
+
+    @property
+    def coarseness(self) -> float:
+        """How many times the longest cell of the default grid a cell is, at least 1; more error is allowed then."""
+        ratio = self.cell / CELL_LIMIT
+        return ratio if ratio > 1.0 else 1.0
 
     def place(self, time: float) -> tuple[int, float]:
         """Return the cell a time lies in and the fraction of it, in (0, 1]; (0, 0) at the start.

@@ -15,10 +15,10 @@ from typing import Any
 from models.quartic import ZERO, Quartic, flatten, merge, square_integral
 
 NEGLIGIBLE = 1e-10
-"""Strength below which a break is folded without being counted [rad/s]."""
+"""Strength below which a break is folded without being counted, on the default grid [rad/s]."""
 
 DOUBLINGS = 40
-"""A queue full of breaks keeps only those stronger than NEGLIGIBLE * 2^DOUBLINGS."""
+"""A queue full of breaks keeps only those stronger than the negligible times 2^DOUBLINGS."""
 
 Piece = tuple[float, float, Quartic, float]
 """Begin and end inside the cell, in [0, 1], the wave between them [rad/s], and the integral of its square, in cells."""
@@ -38,6 +38,8 @@ class DelayLine:
         Pieces in the queue that begin inside a cell.
     square, square_rest : float
         Integral of the squared wave over the queue, in cells [rad^2/s^2], and its compensation.
+    negligible : float
+        Strength below which a break is folded without being counted [rad/s]: of fourth order in the cell.
     folded : int
         Breaks folded although they were not negligible.
     folded_square : float
@@ -51,13 +53,16 @@ class DelayLine:
         "first",
         "folded",
         "folded_square",
+        "negligible",
         "pieces",
         "square",
         "square_rest",
     )
 
-    def __init__(self, cells: int, level: float) -> None:
+    def __init__(self, cells: int, level: float, coarseness: float) -> None:
         """Fill one travel time with a constant wave `level` [rad/s]."""
+        square = coarseness * coarseness
+        self.negligible = NEGLIGIBLE * (square * square)
         self.break_limit = cells if cells > 256 else 256
         empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0, 0.0), level * level)
         self.pieces = [empty] * (cells + 2 + self.break_limit)
@@ -109,7 +114,7 @@ class DelayLine:
         merged, strength = merge(before, wave, (middle - start) / length)
         if strength > self._threshold():
             return False
-        if strength > NEGLIGIBLE:
+        if strength > self.negligible:
             # the projection of the two pieces: it adds no energy, and the bit's collocation follows a cubic exactly
             merged = flatten(merged)
             self.folded += 1
@@ -124,7 +129,7 @@ class DelayLine:
         """Return the strength a break must exceed to be kept: the fuller the queue, the greater [rad/s]."""
         if self.breaks >= self.break_limit:
             return 1e300
-        limit = NEGLIGIBLE
+        limit = self.negligible
         for _ in range((2 * DOUBLINGS * self.breaks) // self.break_limit - DOUBLINGS):
             limit = limit * 2.0
         return limit

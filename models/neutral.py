@@ -81,8 +81,8 @@ class DrillstringNeutral:
         self.clock = Clock(start, parameters.travel_time / self.cells)
         self.impedance = parameters.impedance
         twist = initial.torque / (2.0 * self.impedance)
-        self.up = DelayLine(self.cells, 0.5 * initial.speed - twist)
-        self.down = DelayLine(self.cells, 0.5 * initial.speed + twist)
+        self.up = DelayLine(self.cells, 0.5 * initial.speed - twist, self.clock.coarseness)
+        self.down = DelayLine(self.cells, 0.5 * initial.speed + twist, self.clock.coarseness)
         self.top = Top(parameters, self.clock, initial.torque / parameters.stiffness, Ramp(omega))
         self.bit = Bit(BitLaw.of(parameters), self.clock, initial.speed, Ramp(weight))
         self.top.open(self.up)

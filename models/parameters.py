@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from math import isfinite, sqrt
 
-CELL_LIMIT = 0.0005
-"""Longest cell of the default grid [s]."""
+from models.clock import CELL_LIMIT
 
 
 @dataclass(frozen=True)

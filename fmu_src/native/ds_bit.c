@@ -17,6 +17,10 @@ static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0.0};
 
 void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
 {
+    const double coarseness = ds_clock_coarseness(clock);
+    const double square = coarseness * coarseness;
+    bit->greatest_stiffness = GREATEST_STIFFNESS * coarseness;
+    bit->greatest_fading = GREATEST_FADING * (square * square);
     bit->cell = 0;
     bit->begin = 0.0;
     bit->end = 0.0;
@@ -63,13 +67,14 @@ static double greater(double a, double b)
 }
 
 /* how hard the speed over the piece is to follow, from the derivatives at its four points and the rise of the speed */
-static double rough(const ds_bit_law *law, double duration, double first, const double jacobian[3], double rise)
+static double rough(const ds_bit_law *law, const ds_bit *bit, double duration, double first, const double jacobian[3],
+                    double rise)
 {
     const double stiffest = greater(greater(fabs(jacobian[0]), fabs(jacobian[1])), fabs(jacobian[2]));
     const double steepest = greater(first, jacobian[2]) + duration * (law->damping / law->inertia);
     const double faded = law->rate * rise;
     const double square = faded * faded;
-    return greater(stiffest / GREATEST_STIFFNESS, steepest * fabs(rise) * (square * square) / GREATEST_FADING);
+    return greater(stiffest / bit->greatest_stiffness, steepest * fabs(rise) * (square * square) / bit->greatest_fading);
 }
 
 /* the speed over the piece, by Newton's method from a constant acceleration; *roughness: how hard it is to follow, a
@@ -83,7 +88,7 @@ static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const 
     g[0] = acceleration(law, bit, 0.0, start, &jacobian[0]);
     const double first = duration * jacobian[0];
     g[0] = duration * g[0];
-    *roughness = duration * fabs(jacobian[0]) / GREATEST_STIFFNESS;
+    *roughness = duration * fabs(jacobian[0]) / bit->greatest_stiffness;
     if (*roughness > 1.0) {
         return NOTHING.wave;
     }
@@ -111,7 +116,7 @@ static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const 
             break;
         }
     }
-    *roughness = rough(law, duration, first, jacobian, v[2] - start);
+    *roughness = rough(law, bit, duration, first, jacobian, v[2] - start);
     return ds_antiderivative(start, g);
 }
 

@@ -28,6 +28,8 @@ typedef struct {
     ds_quartic arriving;   /* rad/s, D(t - Gamma) on the piece */
     ds_quartic turning;    /* rad/s, v(t) on the piece */
     ds_piece incoming;   /* rad/s, the piece of the down-going wave that `arriving` is a part of */
+    double greatest_stiffness; /* 1, stiffness above which a piece is halved */
+    double greatest_fading;    /* rad/s, fading of the friction above which a piece is halved */
     double speed;        /* rad/s, bit speed at `begin` */
     ds_ramp pressure;    /* N, the weight on bit as it was set */
     double weight;       /* N, weight on bit at `begin` */

@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#define DS_CELL_LIMIT 0.0005 /* s, longest cell of the default grid */
 #define DS_SNAP 1e-11 /* cells, nearer than this to a boundary an input change is taken to be at the boundary */
 
 typedef struct {
@@ -27,6 +28,13 @@ static inline ds_place ds_clock_place(const ds_clock *clock, double time)
         place.fraction = 1.0;
     }
     return place;
+}
+
+/* how many times the longest cell of the default grid a cell is, at least 1; more error is allowed then */
+static inline double ds_clock_coarseness(const ds_clock *clock)
+{
+    const double ratio = clock->cell / DS_CELL_LIMIT;
+    return ratio > 1.0 ? ratio : 1.0;
 }
 
 static inline double ds_clock_time(const ds_clock *clock, int64_t cell, double fraction)

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-#define NEGLIGIBLE 1e-10 /* rad/s, strength below which a break is folded without being counted */
-#define DOUBLINGS 40    /* a queue full of breaks keeps only those stronger than NEGLIGIBLE 2^DOUBLINGS */
+#define NEGLIGIBLE 1e-10 /* rad/s, strength of a break folded without being counted, on the default grid */
+#define DOUBLINGS 40    /* a queue full of breaks keeps only those stronger than the negligible times 2^DOUBLINGS */
 
 static int break_limit(int cells)
 {
@@ -15,14 +15,16 @@ int ds_line_capacity(int cells)
     return cells + 2 + break_limit(cells);
 }
 
-void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level)
+void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level, double coarseness)
 {
+    const double square = coarseness * coarseness;
     const ds_piece piece = {0.0, 1.0, {level, 0.0, 0.0, 0.0, 0.0}, level * level};
     line->capacity = ds_line_capacity(cells);
     line->break_limit = break_limit(cells);
     for (int i = 0; i < line->capacity; ++i) {
         ring[i] = piece;
     }
+    line->negligible = NEGLIGIBLE * (square * square);
     line->first = 0;
     line->count = cells;
     line->breaks = 0;
@@ -47,7 +49,7 @@ static void add(ds_line *line, double amount)
 /* strength a break must exceed to be kept: the fuller the queue, the greater */
 static double threshold(const ds_line *line)
 {
-    double limit = NEGLIGIBLE;
+    double limit = line->negligible;
     if (line->breaks >= line->break_limit) {
         return 1e300;
     }
@@ -77,7 +79,7 @@ static int fold(ds_line *line, ds_piece *ring, ds_piece piece)
     if (strength > threshold(line)) {
         return 0;
     }
-    if (strength > NEGLIGIBLE) {
+    if (strength > line->negligible) {
         /* the projection of the two pieces: it adds no energy, and the bit's collocation follows a cubic exactly */
         merged = ds_quartic_flatten(merged);
         line->folded += 1;

@@ -19,13 +19,14 @@ typedef struct {
     int count;            /* 1, pieces in the queue */
     int breaks;           /* 1, of these, pieces that begin inside a cell */
     int folded;           /* 1, breaks folded although they were not negligible */
+    double negligible;    /* rad/s, strength below which a break is folded without being counted */
     double square;        /* rad2/s2 cells, integral of the squared wave over the queue */
     double square_rest;   /* rad2/s2 cells, its compensation */
     double folded_square; /* rad2/s2 cells, what the folds took from it */
 } ds_line;
 
 int ds_line_capacity(int cells);
-void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level);
+void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level, double coarseness);
 /* append a piece, whose `square` is computed here, or fold it into the last */
 void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece);
 ds_piece ds_line_pop(ds_line *line, const ds_piece *ring);

@@ -2,16 +2,14 @@
 
 #include <math.h>
 
-#define CELL_LIMIT 0.0005 /* s, longest cell of the default grid */
-
 int ds_neutral_cells(const ds_parameters *parameters, int requested)
 {
     if (requested > 0) {
         return requested >= 4 ? requested : 4;
     }
     const double travel_time = parameters->L * sqrt(parameters->I / (parameters->G * parameters->J));
-    int count = (int)(travel_time / CELL_LIMIT);
-    if (count * CELL_LIMIT < travel_time) {
+    int count = (int)(travel_time / DS_CELL_LIMIT);
+    if (count * DS_CELL_LIMIT < travel_time) {
         count += 1;
     }
     return count >= 4 ? count : 4;
@@ -69,12 +67,13 @@ void ds_neutral_start(const ds_neutral *model, ds_neutral_state *state, double i
 {
     const ds_parameters *const p = &model->parameters;
     const double twist = initial_torque / (2.0 * model->impedance);
+    const double coarseness = ds_clock_coarseness(&model->clock);
     const ds_ramp drive = {{0, 0.0}, omega, 0.0};
     const ds_ramp pressure = {{0, 0.0}, weight, 0.0};
     const ds_place start = {0, 0.0};
     state->law = bit_law(p, model->impedance);
-    ds_line_fill(&state->up, state->ring, model->cells, 0.5 * initial_speed - twist);
-    ds_line_fill(&state->down, down_ring(state), model->cells, 0.5 * initial_speed + twist);
+    ds_line_fill(&state->up, state->ring, model->cells, 0.5 * initial_speed - twist, coarseness);
+    ds_line_fill(&state->down, down_ring(state), model->cells, 0.5 * initial_speed + twist, coarseness);
     ds_top_start(&state->top, initial_torque / (p->G * p->J / p->L));
     state->top.omega = drive;
     ds_bit_start(&state->bit, &model->clock, initial_speed);

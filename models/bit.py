@@ -26,6 +26,10 @@ GREATEST_STIFFNESS = 0.25
 GREATEST_FADING = 1e-4
 """So is one in which the friction fades by more than a quartic can follow: about a millionth of this is the error."""
 
+MOST_STIFFNESS = 1.0
+MOST_FADING = 1.0
+"""What the two limits rise to on coarse grids, as the cell and as its fourth power."""
+
 MOST_HALVINGS = 12
 """More halvings are not made."""
 
@@ -75,8 +79,8 @@ class Bit:
         self.law = law
         self.clock = clock
         square = clock.coarseness * clock.coarseness
-        self.greatest_stiffness = GREATEST_STIFFNESS * clock.coarseness
-        self.greatest_fading = GREATEST_FADING * (square * square)
+        self.greatest_stiffness = min(GREATEST_STIFFNESS * clock.coarseness, MOST_STIFFNESS)
+        self.greatest_fading = min(GREATEST_FADING * (square * square), MOST_FADING)
         self.cell = 0
         self.begin = self.end = 0.0
         self.direction = 1 if speed > 0.0 else -1 if speed < 0.0 else 0
@@ -160,7 +164,10 @@ class Bit:
         """Return the least and greatest bit speed between x0 and x1 of the piece [rad/s]."""
         if self.direction == 0:
             return 0.0, 0.0
-        return extremes(self.turning, x0, x1)
+        low, high = extremes(self.turning, x0, x1)
+        if self.direction > 0:  # where it comes to rest, rounding may leave it beyond
+            return (low if low > 0.0 else 0.0), high
+        return low, (high if high < 0.0 else 0.0)
 
     def _rest(self) -> None:
         """Keep the bit stuck up to the end of the piece or its release; at a release, begin to slip."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from models.quartic import ZERO, Quartic, flatten, merge, square_integral
 
-NEGLIGIBLE = 1e-10
+NEGLIGIBLE = 1e-11
 """Strength below which a break is folded without being counted, on the default grid [rad/s]."""
 
 DOUBLINGS = 40

@@ -113,25 +113,25 @@ def stationary_points(c: Quartic) -> tuple[float, float, float]:
     found = [NONE, NONE, NONE]
     count = 0
     left = 0.0
-    rising = c[1] > 0.0
+    sign = 1.0 if c[1] > 0.0 else -1.0
     first, second = _inflections(c)
     for right in (first, second, 1.0):
         if right <= 1.0:
-            if (_slope(c, right) > 0.0) != rising:
-                found[count] = _turn(c, left, right, rising)
+            if sign * _slope(c, right) < 0.0:
+                found[count] = _turn(c, left, right, sign)
                 count += 1
-                rising = not rising
+                sign = -sign
             left = right
     return found[0], found[1], found[2]
 
 
-def _turn(c: Quartic, left: float, right: float, rising: bool) -> float:
+def _turn(c: Quartic, left: float, right: float, sign: float) -> float:
     """Shrink [left, right], between which the slope changes its sign once, to neighbouring numbers."""
     for _ in range(200):
         middle = 0.5 * (left + right)
         if middle <= left or middle >= right:
             break
-        if (_slope(c, middle) > 0.0) == rising:
+        if sign * _slope(c, middle) > 0.0:
             left = middle
         else:
             right = middle

@@ -9,6 +9,8 @@
 #define GREATEST_EXPONENT 4.0 /* where the friction is continued beyond rest, its exponent is kept below this */
 #define GREATEST_STIFFNESS 0.25 /* a piece in which the acceleration depends on the speed more strongly is halved */
 #define GREATEST_FADING 1e-4 /* so is one in which the friction fades by more than a quartic can follow */
+#define MOST_STIFFNESS 1.0 /* what the first limit rises to on coarse grids, as the cell */
+#define MOST_FADING 1.0    /* and the second, as its fourth power */
 #define MOST_HALVINGS 12   /* more are not made */
 #define NEWTON_STEPS 12    /* most Newton steps of a piece; two are usual */
 #define NEWTON_LIMIT 1e-7  /* rad/s, correction after which no further step is taken: the next would be its square */
@@ -19,8 +21,8 @@ void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
 {
     const double coarseness = ds_clock_coarseness(clock);
     const double square = coarseness * coarseness;
-    bit->greatest_stiffness = GREATEST_STIFFNESS * coarseness;
-    bit->greatest_fading = GREATEST_FADING * (square * square);
+    bit->greatest_stiffness = fmin(GREATEST_STIFFNESS * coarseness, MOST_STIFFNESS);
+    bit->greatest_fading = fmin(GREATEST_FADING * (square * square), MOST_FADING);
     bit->cell = 0;
     bit->begin = 0.0;
     bit->end = 0.0;
@@ -294,4 +296,11 @@ void ds_bit_extremes(const ds_bit *bit, double x0, double x1, double *least, dou
         return;
     }
     ds_quartic_extremes(bit->turning, x0, x1, least, greatest);
+    /* where it comes to rest, rounding may leave it beyond */
+    if (bit->direction > 0 && !(*least > 0.0)) {
+        *least = 0.0;
+    }
+    if (bit->direction < 0 && !(*greatest < 0.0)) {
+        *greatest = 0.0;
+    }
 }

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#define NEGLIGIBLE 1e-10 /* rad/s, strength of a break folded without being counted, on the default grid */
+#define NEGLIGIBLE 1e-11 /* rad/s, strength of a break folded without being counted, on the default grid */
 #define DOUBLINGS 40    /* a queue full of breaks keeps only those stronger than the negligible times 2^DOUBLINGS */
 
 static int break_limit(int cells)

@@ -58,14 +58,14 @@ static void inflections(ds_quartic c, double place[2])
 }
 
 /* shrink [left, right], between which the slope changes its sign once, to neighbouring numbers */
-static double turn(ds_quartic c, double left, double right, int rising)
+static double turn(ds_quartic c, double left, double right, double sign)
 {
     for (int i = 0; i < HALVINGS; ++i) {
         const double middle = 0.5 * (left + right);
         if (middle <= left || middle >= right) {
             break;
         }
-        if ((slope(c, middle) > 0.0) == rising) {
+        if (sign * slope(c, middle) > 0.0) {
             left = middle;
         } else {
             right = middle;
@@ -88,17 +88,17 @@ static void stationary_points(ds_quartic c, double found[3])
         return; /* the control polygon of the slope, and with it the slope, keeps its sign */
     }
     int count = 0;
-    int rising = c.c1 > 0.0;
+    double sign = c.c1 > 0.0 ? 1.0 : -1.0;
     double left = 0.0;
     double place[3];
     inflections(c, place);
     place[2] = 1.0;
     for (int i = 0; i < 3; ++i) {
         if (place[i] <= 1.0) {
-            if ((slope(c, place[i]) > 0.0) != rising) {
-                found[count] = turn(c, left, place[i], rising);
+            if (sign * slope(c, place[i]) < 0.0) {
+                found[count] = turn(c, left, place[i], sign);
                 count += 1;
-                rising = !rising;
+                sign = -sign;
             }
             left = place[i];
         }

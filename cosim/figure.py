@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -26,6 +25,8 @@ _NAMES = {
 # Large values are shown in thousands.
 _THOUSANDS = {"N.m": "kN.m", "N": "kN", "J": "kJ"}
 _MOST_PANELS = 4
+# A long chattering line is more than Agg can draw at once, and its own chunks leave gaps.
+_LONGEST_LINE = 5000
 
 
 def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequence[str] = ()) -> None:
@@ -43,10 +44,7 @@ def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequenc
         What to show, one row of panels each, as ``component.variable``; by default bit speed and torque on bit where
         there are such, else the first outputs.
     """
-    # A long chattering line is more than Agg can draw at once.
-    chunks = matplotlib.rc_context({"agg.path.chunksize": 10000})  # pyright: ignore[reportUnknownMemberType]
-    with chunks:
-        _compose(title, results, signals).savefig(path)
+    _compose(title, results, signals).savefig(path)
 
 
 def _compose(title: str, results: Mapping[str, Result], signals: Sequence[str]) -> Any:
@@ -84,7 +82,9 @@ def default_signals(result: Result) -> list[str]:
 def _draw_panel(panel: Any, result: Result, name: str, colour: str) -> None:
     """Draw one trajectory."""
     values = result[name] / (1000.0 if result.units.get(name, "") in _THOUSANDS else 1.0)
-    panel.plot(result.time, values, color=colour, linewidth=0.9)
+    for first in range(0, max(1, values.size - 1), _LONGEST_LINE):
+        part = slice(first, first + _LONGEST_LINE + 1)  # a point in common, so that the line has no gap
+        panel.plot(result.time[part], values[part], color=colour, linewidth=0.9)
     panel.grid(visible=True, color="#d9d9d9", linewidth=0.5)
     panel.spines[["top", "right"]].set_visible(False)
     panel.margins(x=0.0)

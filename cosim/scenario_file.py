@@ -46,7 +46,7 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
         path = SCENARIOS / f"{name_or_path}.toml"
         if str(name_or_path) not in scenario_names():
             hint = suggestion(str(name_or_path), scenario_names())
-            raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}; a file's name must end in .toml")
+            raise ScenarioError(f"there is no scenario '{name_or_path}'{hint or '; a file name must end in .toml'}")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

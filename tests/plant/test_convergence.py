@@ -11,7 +11,7 @@ from tests.oracle import solve
 from tests.plant.judge import judge
 from tests.plant.programs import CASES
 
-CELLS = np.array([24, 48, 96])
+CELLS = np.array([24, 48, 96, 192])
 GENTLE = 6.0
 """A v_f with which the friction fades so slowly that no piece need be halved, which would hide the order [rad/s]."""
 

@@ -33,5 +33,14 @@ types: setup
 unit: fmus
 	$(BIN)/python -m pytest
 
+# Compares with what users would do otherwise; numba, jitcdde (needs a C compiler) and pytest-benchmark are its own.
+bench: fmus $(VENV)/bench-installed
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest tests/bench -o python_files='bench_*.py' -o python_functions='bench_*' \
+	    --benchmark-columns=min,median,rounds --benchmark-sort=min --benchmark-group-by=group
+
+$(VENV)/bench-installed: requirements-bench.txt $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.txt
+	touch $@
+
 clean:
 	rm -rf $(VENV) build dist runs

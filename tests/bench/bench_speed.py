@@ -1,0 +1,64 @@
+"""What the product costs, beside what its users would do otherwise; run by `make bench`, which prints the ratios."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from cosim import load_scenario, simulate
+from tests.bench.native import run_coupled, run_kernel, run_plant
+from tests.bench.peers import PEERS, Case, Slips, period_error
+from tests.plant.drive import Drive
+
+END = 100.0
+CELLS = {1e-4: 4, 1e-6: 22}
+"""Cells of the plant from which on its period is as right as that."""
+
+
+def slips(cells: int) -> Slips:
+    """Return the slips of Fig. 2 as the plant FMU reports them in steps of 0.1 s, shorter than any but the echo's."""
+    found: dict[float, float] = {}
+    with Drive("DrillstringNeutral", {"cells": cells}) as plant:
+        for k in range(1, int(END / 0.1) + 1):
+            plant.go(0.1 * k)
+            now = plant.named()
+            if now["last_stop_time"] > now["last_release_time"]:
+                found[now["last_stop_time"]] = now["last_release_time"]
+    return Slips(np.array(list(found.values())), np.array(list(found)))
+
+
+@pytest.mark.parametrize("form", ["bare kernel", "FMU"])
+def bench_native_plant(benchmark, form: str) -> None:
+    benchmark.group = "Fig. 2, 100 s in steps of 0.01 s"
+    benchmark(partial(run_kernel if form == "bare kernel" else run_plant, 0.01, END))
+
+
+@pytest.mark.parametrize("omega", ["constant", "jumping"])
+def bench_jumping_input(benchmark, omega: str) -> None:
+    benchmark.group = "plant FMU, 20 s in steps of 1 ms"
+    benchmark(partial(run_plant, 0.001, 20.0, jump=omega == "jumping"))
+
+
+@pytest.mark.parametrize("form", ["FMUs alone", "Python master"])
+def bench_coupled_steps(benchmark, form: str) -> None:
+    benchmark.group = "plant and WeightOnBitLaw coupled, 10000 steps"
+    benchmark(partial(run_coupled, 0.01, END) if form == "FMUs alone" else partial(simulate, load_scenario("wob-law")))
+
+
+@pytest.mark.parametrize("error", sorted(CELLS, reverse=True))
+def bench_product(benchmark, error: float) -> None:
+    benchmark.group = f"Fig. 2, 100 s at a period error of {error:g} s"
+    benchmark.extra_info["period error"] = period_error(slips(CELLS[error]))
+    assert benchmark.extra_info["period error"] <= error
+    benchmark(partial(run_plant, 1.0, END, cells=CELLS[error]))
+
+
+@pytest.mark.parametrize("case", [pytest.param(case, id=f"{case.peer}, {case.error:g}") for case in PEERS])
+def bench_peer(benchmark, case: Case) -> None:
+    benchmark.group = f"Fig. 2, 100 s at a period error of {case.error:g} s"
+    case.prepare()
+    found = benchmark.pedantic(case.run, rounds=case.rounds)
+    benchmark.extra_info["period error"] = period_error(found)
+    assert period_error(found) <= case.error

@@ -1,0 +1,44 @@
+"""Below pytest-benchmark's tables, the ratios that matter, each from the fastest rounds of this run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tests.bench.peers import RECORDED
+
+STEPS = 10_000
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
+    session = getattr(config, "_benchmarksession", None)
+    least = {bench.name: bench.stats.min for bench in session.benchmarks} if session else {}
+    if not least:
+        return
+    write = terminalreporter.write_line
+    write("")
+    for name, text in _ratios(least).items():
+        write(f"{name:<72}{text}")
+    for run in RECORDED:
+        write(f"recorded once: {run.peer}, period error {run.error:g} s: {run.seconds:g} s")
+
+
+def _ratios(least: dict[str, float]) -> dict[str, str]:
+    """Return each comparison with its figure, as far as both sides have been timed."""
+    lines: dict[str, str] = {}
+    kernel, fmu = (least.get(f"bench_native_plant[{form}]") for form in ("bare kernel", "FMU"))
+    if kernel and fmu:
+        lines["Fig. 2, 100 s in steps of 0.01 s, native FMU"] = f"{fmu:.4f} s, {fmu / kernel:.2f} times the bare kernel"
+    held, jumping = (least.get(f"bench_jumping_input[{omega}]") for omega in ("constant", "jumping"))
+    if held and jumping:
+        lines["Omega jumps every 1 ms against constant Omega"] = f"{jumping / held:.2f} times the cost"
+    alone, master = (least.get(f"bench_coupled_steps[{form}]") for form in ("FMUs alone", "Python master"))
+    if alone and master:
+        over = (master - alone) / STEPS * 1e6
+        lines["coupled step of plant and law in the Python master"] = f"{over:.1f} us beyond the FMUs' own time"
+    for error in ("0.0001", "1e-06"):
+        own = least.get(f"bench_product[{error}]")
+        for name, time in least.items():
+            if own and name.startswith("bench_peer[") and name.endswith(f", {error}]"):
+                peer = name[len("bench_peer[") : -len(f", {error}]")]
+                lines[f"{peer} against the product, period error {error} s"] = f"{time / own:.1f} times the time"
+    return lines

@@ -1,0 +1,91 @@
+"""FMUs of dist/ and the bare kernel under loops in C, so that what is timed is what they cost and not Python."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+import sys
+from ctypes import c_double, c_int, c_long, c_size_t, c_uint, c_void_p
+from functools import cache
+from pathlib import Path
+
+import fmpy
+
+from fmu_src.native_build import FLAGS, FMI_HEADERS, NATIVE
+from tests.plant.drive import Drive
+from tests.plant.fmi import Instance
+
+MOST = 64
+BUILD = Path(__file__).parents[2] / "build" / "bench"
+
+
+class Importer(ctypes.Structure):
+    """The struct `importer` of loop.c."""
+
+    _fields_ = (
+        ("component", c_void_p),
+        *((name, c_void_p) for name in ("set_real", "do_step", "get_real", "get_integer", "get_boolean")),
+        ("reals", c_size_t),
+        ("integers", c_size_t),
+        ("booleans", c_size_t),
+        ("real", c_uint * MOST),
+        ("integer", c_uint * MOST),
+        ("boolean", c_uint * MOST),
+        ("input", c_uint),
+    )
+
+
+@cache
+def loops() -> ctypes.CDLL:
+    """Compile loop.c with the kernel, as the FMUs are compiled, and load it."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    library = BUILD / f"loop{fmpy.sharedLibraryExtension}"
+    sources = [Path(__file__).with_name("loop.c"), *sorted(NATIVE.glob("ds_*.c"))]
+    command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, "-I", NATIVE, "-I", FMI_HEADERS, *sources]
+    subprocess.run([*map(str, command), "-lm", "-o", str(library)], check=True)
+    loaded = ctypes.CDLL(str(library))
+    loaded.bench_kernel.argtypes, loaded.bench_kernel.restype = (c_double, c_long, c_int), c_double
+    loaded.bench_fmu.argtypes = (c_void_p, c_double, c_long, c_int, c_int)
+    loaded.bench_coupled.argtypes = (c_void_p, c_void_p, c_uint, c_uint, c_double, c_long)
+    return loaded
+
+
+def importer(fmu: Instance, input_name: str) -> Importer:
+    """Bind the functions of an FMU, one input to set and all outputs to get."""
+    outputs = [v for v in fmu.variables.values() if v.causality == "output"]
+    groups = {kind: [v.valueReference for v in outputs if v.type == kind] for kind in ("Real", "Integer", "Boolean")}
+    bound = Importer(component=fmu.component, input=fmu.variables[input_name].valueReference)
+    for field, function in (
+        ("set_real", "fmi2SetReal"),
+        ("do_step", "fmi2DoStep"),
+        ("get_real", "fmi2GetReal"),
+        ("get_integer", "fmi2GetInteger"),
+        ("get_boolean", "fmi2GetBoolean"),
+    ):
+        setattr(bound, field, ctypes.cast(fmu.library.functions[function], c_void_p))
+    for kind, references in groups.items():
+        setattr(bound, f"{kind.lower()}s", len(references))
+        getattr(bound, kind.lower())[: len(references)] = references
+    return bound
+
+
+def run_kernel(step: float, end: float, cells: int = 0) -> float:
+    """Run Fig. 2 by the bare kernel and return the last bit speed [rad/s]."""
+    return loops().bench_kernel(step, round(end / step), cells)
+
+
+def run_plant(step: float, end: float, *, cells: int = 0, jump: bool = False) -> float:
+    """Run the plant FMU from rest, Omega set before every step, and return the last bit speed [rad/s]."""
+    with Drive("DrillstringNeutral", {"cells": cells}) as plant:
+        bound = importer(plant, "Omega")
+        assert loops().bench_fmu(ctypes.byref(bound), step, round(end / step), 1, int(jump)) == 0
+        return plant.named()["bit_speed"]
+
+
+def run_coupled(step: float, end: float) -> None:
+    """Run plant and WeightOnBitLaw, Gauss-Seidel, with every output read."""
+    with Drive("DrillstringNeutral", {}) as plant, Drive("WeightOnBitLaw", {}) as law:
+        bound = importer(plant, "WOB"), importer(law, "bit_speed")
+        speed, weight = plant.variables["bit_speed"].valueReference, law.variables["WOB"].valueReference
+        pointers = (ctypes.byref(part) for part in bound)
+        assert loops().bench_coupled(*pointers, speed, weight, step, round(end / step)) == 0

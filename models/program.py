@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF8
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -76,7 +77,7 @@ def read_table(path: str) -> Table:
         Naming file, line, what was found and what was expected.
     """
     try:
-        lines = Path(path).read_text(encoding="ascii").splitlines()
+        lines = Path(path).read_bytes().removeprefix(BOM_UTF8).decode("ascii").splitlines()
     except (OSError, UnicodeDecodeError):
         raise ValueError(f"table {path} cannot be read; expected a CSV file with the header {HEADER}") from None
     if not lines or lines[0].replace(" ", "") != HEADER:

@@ -9,6 +9,9 @@
 #define AT_ONCE 1e-9  /* s, a change within this of a communication point is taken to be at it, times max(1, |t|) */
 #define LINE_SIZE 256 /* bytes of a line of the file */
 #define HEADER "time,speed,WOB"
+#define UNREADABLE "table %.300s cannot be read; expected a CSV file with the header " HEADER
+#define BLANKS " \t\r\n"
+#define BYTE_ORDER_MARK "\xef\xbb\xbf"
 
 static double late_of(double time)
 {
@@ -54,7 +57,7 @@ static void squeeze(char *line)
 {
     char *to = line;
     for (const char *from = line; *from != '\0'; ++from) {
-        if (strchr(" \t\r\n", *from) == NULL) {
+        if (strchr(BLANKS, *from) == NULL) {
             *to++ = *from;
         }
     }
@@ -65,8 +68,10 @@ static void squeeze(char *line)
 static int number(const char *text, char stop, double *value, const char **rest)
 {
     char copy[64];
+    text += strspn(text, BLANKS);
     const size_t length = strspn(text, "0123456789+-.eE");
-    if (length == 0 || length >= sizeof copy || text[length] != stop) {
+    const char *const after = text + length + strspn(text + length, BLANKS);
+    if (length == 0 || length >= sizeof copy || *after != stop) {
         return 0;
     }
     memcpy(copy, text, length);
@@ -77,7 +82,7 @@ static int number(const char *text, char stop, double *value, const char **rest)
     }
     char *end;
     *value = strtod(copy, &end);
-    *rest = text + length + (stop != '\0');
+    *rest = after + (stop != '\0');
     return *end == '\0';
 }
 
@@ -115,12 +120,13 @@ static size_t read_rows(FILE *file, ds_row rows[], size_t most, size_t *line_num
     while (*wrong == NULL && fgets(line, sizeof line, file) != NULL) {
         ds_row row;
         *line_number += 1;
-        squeeze(line);
         if (*line_number == 1) {
-            *wrong = strcmp(line, HEADER) == 0 ? NULL : "expected the header " HEADER;
+            squeeze(line);
+            const size_t mark = strncmp(line, BYTE_ORDER_MARK, 3) == 0 ? 3 : 0;
+            *wrong = strcmp(line + mark, HEADER) == 0 ? NULL : "expected the header " HEADER;
             continue;
         }
-        if (line[0] == '\0') {
+        if (line[strspn(line, BLANKS)] == '\0') {
             continue;
         }
         *wrong = parse(line, &row);
@@ -145,11 +151,16 @@ size_t ds_table_read(const char *path, ds_row rows[], size_t most, char *reason,
     size_t line_number = 0;
     FILE *const file = fopen(path, "r");
     if (file == NULL) {
-        snprintf(reason, reason_size, "table %.300s cannot be read; expected a CSV file with the header " HEADER, path);
+        snprintf(reason, reason_size, UNREADABLE, path);
         return 0;
     }
     const size_t count = read_rows(file, rows, most, &line_number, &wrong);
+    const int unreadable = ferror(file);
     fclose(file);
+    if (unreadable) { /* a folder opens as a file, but cannot be read */
+        snprintf(reason, reason_size, UNREADABLE, path);
+        return 0;
+    }
     if (wrong != NULL) {
         snprintf(reason, reason_size, "table %.300s, line %.0f: %s", path, (double)line_number, wrong);
         return 0;

@@ -195,6 +195,23 @@ static int step_fits(const ds_instance *instance, double point, double step)
     return 1;
 }
 
+/* whether inputs that have a derivative stay in their range up to the end of the step; says which does not */
+static int inputs_stay(const ds_instance *instance, double step)
+{
+    for (int i = 0; i < DS_VARIABLES; ++i) {
+        const ds_variable *const variable = &ds_variables[i];
+        const double slope = instance->now.slope[i];
+        const double end = instance->now.value[i] + slope * step;
+        if (slope != 0.0 && !(end >= variable->minimum && end <= variable->maximum)) {
+            ds_tell(instance, fmi2Discard, LOG_DISCARD,
+                    "%s comes to %.9g %s at the end of the step by its derivative %.9g; expected a value in [%.9g, %.9g]",
+                    variable->name, end, variable->unit, slope, variable->minimum, variable->maximum);
+            return 0;
+        }
+    }
+    return 1;
+}
+
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real step, fmi2Boolean no_set_state_prior)
 {
     ds_instance *const instance = c;
@@ -204,7 +221,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real step, fmi2Boolea
     }
     ds_values *const now = &instance->now;
     ds_journal *const journal = &instance->journal;
-    if (!step_fits(instance, point, step)) {
+    if (!step_fits(instance, point, step) || !inputs_stay(instance, point + step - now->time)) {
         return fmi2Discard;
     }
     journal->reason[0] = '\0';

@@ -73,6 +73,9 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
     if (saved == NULL) {
         return ds_tell(instance, fmi2Error, LOG_ERROR, "fmi2SetFMUstate is called with a null pointer");
     }
+    if (strncmp(saved->head.guid, DS_GUID, sizeof saved->head.guid) != 0) {
+        return ds_tell(instance, fmi2Error, LOG_ERROR, "the state is not one of this build of " DS_MODEL);
+    }
     const size_t memory_size = (size_t)saved->head.memory_size;
     if (memory_size != instance->memory_size) {
         void *const memory = memory_size > 0 ? malloc(memory_size) : NULL;

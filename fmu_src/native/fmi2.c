@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ds_number.h"
 #include "fmi2_instance.h"
 
 #define ANY_PHASE (PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP | PHASE_TERMINATED)
@@ -180,16 +181,20 @@ static int step_fits(const ds_instance *instance, double point, double step)
 {
     const double time = instance->now.time;
     if (!(step > 0.0) || !isfinite(step)) {
-        ds_tell(instance, fmi2Discard, LOG_DISCARD, "step size is %.17g s; expected a finite value > 0", step);
+        const ds_number_text given = ds_number(step);
+        ds_tell(instance, fmi2Discard, LOG_DISCARD, "step size is %s s; expected a finite value > 0", given.text);
         return 0;
     }
     /* importers that add up their step size drift from t0 + k h by rounding */
     if (!(fabs(point - time) <= 1e-9 * fmax(1.0, fabs(time)) + 1e-6 * step)) {
-        ds_tell(instance, fmi2Discard, LOG_DISCARD, "communication point is %.17g s; expected %.17g s", point, time);
+        const ds_number_text given = ds_number(point);
+        const ds_number_text own = ds_number(time);
+        ds_tell(instance, fmi2Discard, LOG_DISCARD, "communication point is %s s; expected %s s", given.text, own.text);
         return 0;
     }
     if (!(point + step > time)) {
-        ds_tell(instance, fmi2Discard, LOG_DISCARD, "step size is %.17g s; too small to be told from rounding", step);
+        const ds_number_text given = ds_number(step);
+        ds_tell(instance, fmi2Discard, LOG_DISCARD, "step size is %s s; too small to be told from rounding", given.text);
         return 0;
     }
     return 1;

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "ds_number.h"
 #include "fmi2Functions.h"
 #include "fmi2_instance.h"
 
@@ -61,14 +62,24 @@ static int settable(const ds_instance *instance, const char *call, const fmi2Val
     return 1;
 }
 
+/* whether variables of one kind can be set in the present phase; says why not */
+static int admits(const ds_instance *instance, const char *call, const fmi2ValueReference vr[], size_t n,
+                  const void *values, ds_kind kind)
+{
+    return ds_legal(instance, call, WRITABLE) && sound(instance, call, vr, n, values, kind) &&
+           settable(instance, call, vr, n);
+}
+
 /* whether a value lies in the range of its variable; NaN does not */
 static int in_range(const ds_instance *instance, const ds_variable *variable, double value)
 {
     if (value >= variable->minimum && value <= variable->maximum) {
         return 1;
     }
-    ds_tell(instance, fmi2Discard, LOG_DISCARD, "%s is %.17g %s; expected a finite value in [%.9g, %.9g]",
-            variable->name, value, variable->unit, variable->minimum, variable->maximum);
+    const ds_number_text shown = ds_number(value);
+    const int bare = strcmp(variable->unit, "1") == 0;
+    ds_tell(instance, fmi2Discard, LOG_DISCARD, "%s is %s%s%s; expected a finite value in [%.9g, %.9g]", variable->name,
+            shown.text, bare ? "" : " ", bare ? "" : variable->unit, variable->minimum, variable->maximum);
     return 0;
 }
 
@@ -122,10 +133,8 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
 {
-    static const char *const call = "fmi2SetReal";
     ds_instance *const instance = c;
-    if (!ds_legal(instance, call, WRITABLE) || !sound(instance, call, vr, nvr, value, DS_REAL) ||
-        !settable(instance, call, vr, nvr)) {
+    if (!admits(instance, "fmi2SetReal", vr, nvr, value, DS_REAL)) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nvr; ++i) {
@@ -141,10 +150,8 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[])
 {
-    static const char *const call = "fmi2SetInteger";
     ds_instance *const instance = c;
-    if (!ds_legal(instance, call, WRITABLE) || !sound(instance, call, vr, nvr, value, DS_INTEGER) ||
-        !settable(instance, call, vr, nvr)) {
+    if (!admits(instance, "fmi2SetInteger", vr, nvr, value, DS_INTEGER)) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nvr; ++i) {
@@ -160,10 +167,8 @@ fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
 {
-    static const char *const call = "fmi2SetBoolean";
     ds_instance *const instance = c;
-    if (!ds_legal(instance, call, WRITABLE) || !sound(instance, call, vr, nvr, value, DS_BOOLEAN) ||
-        !settable(instance, call, vr, nvr)) {
+    if (!admits(instance, "fmi2SetBoolean", vr, nvr, value, DS_BOOLEAN)) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nvr; ++i) {
@@ -174,10 +179,8 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[])
 {
-    static const char *const call = "fmi2SetString";
     ds_instance *const instance = c;
-    if (!ds_legal(instance, call, WRITABLE) || !sound(instance, call, vr, nvr, value, DS_STRING) ||
-        !settable(instance, call, vr, nvr)) {
+    if (!admits(instance, "fmi2SetString", vr, nvr, value, DS_STRING)) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nvr; ++i) {

@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "ds_model.h"
+#include "ds_number.h"
 #include "ds_table.h"
 
 size_t ds_model_size(const double value[], const ds_text text[], ds_journal *journal)
@@ -16,8 +17,10 @@ size_t ds_model_size(const double value[], const ds_text text[], ds_journal *jou
 ds_result ds_model_check(const double value[], ds_journal *journal)
 {
     if (value[DS_WOB_max] < value[DS_WOB_0]) {
-        snprintf(journal->reason, sizeof journal->reason, "WOB_max is %.17g; expected at least WOB_0 = %.17g",
-                 value[DS_WOB_max], value[DS_WOB_0]);
+        const ds_number_text found = ds_number(value[DS_WOB_max]);
+        const ds_number_text least = ds_number(value[DS_WOB_0]);
+        snprintf(journal->reason, sizeof journal->reason, "WOB_max is %s; expected at least WOB_0 = %s", found.text,
+                 least.text);
         return DS_DISCARD;
     }
     return DS_OK;

@@ -63,7 +63,7 @@ def test_parameter_out_of_range_is_refused_by_name_value_and_range(name):
         for value in PARAMETERS[name]:
             assert plant.set(**{name: value}) == DISCARD
             assert last(plant)[:3] == ("plant", DISCARD, "logStatusDiscard")
-            assert f"plant at t = 0 s: {name} is {value:.17g}" in last(plant).text.replace("-nan", "nan")
+            assert f"plant at t = 0 s: {name} is {value:.15g}" in last(plant).text.replace("-nan", "nan")
             assert "; expected a finite value in [" in last(plant).text
         assert values_of(plant) == before
 
@@ -117,12 +117,12 @@ def test_derivative_that_is_not_finite_is_refused(slope):
     ("point", "size", "sentence"),
     [
         (3.0, 0.0, "step size is 0 s; expected a finite value > 0"),
-        (3.0, -0.1, "step size is -0.10000000000000001 s; expected a finite value > 0"),
+        (3.0, -0.1, "step size is -0.1 s; expected a finite value > 0"),
         (3.0, nan, "step size is"),
         (3.0, inf, "step size is inf s; expected a finite value > 0"),
-        (3.0, 1e-17, "step size is 1.0000000000000001e-17 s; too small"),
+        (3.0, 1e-17, "step size is 1e-17 s; too small"),
         (2.9, 0.1, "communication point is 2.8999999999999999 s; expected 3 s"),
-        (3.1, 0.1, "communication point is 3.1000000000000001 s; expected 3 s"),
+        (3.1, 0.1, "communication point is 3.1 s; expected 3 s"),
         (0.0, 0.1, "communication point is 0 s; expected 3 s"),
         (3.0 + 1e-6, 0.1, "communication point is 3.0000010000000001 s; expected 3 s"),
         (nan, 0.1, "communication point is"),
@@ -166,7 +166,7 @@ def test_static_friction_below_coulomb_friction_is_refused_at_the_end_of_the_ini
     with Instance(PLANT) as plant:
         assert plant.set(mu_sb=0.3) == OK
         assert plant.initialize() != OK
-        assert last(plant).text == "plant at t = 0 s: mu_sb is 0.29999999999999999; expected at least mu_cb = 0.5"
+        assert last(plant).text == "plant at t = 0 s: mu_sb is 0.3; expected at least mu_cb = 0.5"
         assert plant.set(mu_cb=0.2) == OK
         assert plant.call("ExitInitializationMode") == OK
         assert plant.step(0.0, 1.0) == OK
@@ -178,7 +178,7 @@ def test_static_friction_below_coulomb_friction_is_refused_by_the_step():
         before = plant.outputs()
         assert plant.set(mu_sb=0.4) == OK
         assert plant.step(3.0, 0.1) == DISCARD
-        assert last(plant).text == "plant at t = 3 s: mu_sb is 0.40000000000000002; expected at least mu_cb = 0.5"
+        assert last(plant).text == "plant at t = 3 s: mu_sb is 0.4; expected at least mu_cb = 0.5"
         assert plant.outputs() == before
         plant.put(mu_sb=0.8)
         assert continued(plant) == untouched(3.0)

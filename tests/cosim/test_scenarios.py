@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from cosim import load_scenario, simulate
 from cosim.cli import app
 from cosim.metrics import Measures, measure
+from cosim.scenario_file import scenario_names
 
 
 def measures(name: str, **options) -> Measures:
@@ -76,9 +77,18 @@ def test_the_dissipative_law_runs_in_both_forms_and_reports_its_limits() -> None
     assert tracking["plant.bit_speed"][-1000:] == pytest.approx(10.0, abs=0.5)
 
 
-def test_both_packagings_give_the_same_bits() -> None:
-    scenario = load_scenario("stick-slip")
-    native = simulate(scenario, stop_time=10.0)
-    python = simulate(scenario, stop_time=10.0, packaging="python")
-    for name in native.names:
-        assert native[name].tobytes() == python[name].tobytes(), name
+RUNS = [
+    (name, variant.name if variant else None)
+    for name in scenario_names()
+    for variant in (load_scenario(name).variants or (None,))
+]
+
+
+@pytest.mark.parametrize(("name", "variant"), RUNS)
+def test_both_packagings_give_the_same_bits(name: str, variant: str | None) -> None:
+    scenario = load_scenario(name)
+    native = simulate(scenario, variant=variant)
+    python = simulate(scenario, variant=variant, packaging="python")
+    assert native.names == python.names
+    for signal in native.names:
+        assert native[signal].tobytes() == python[signal].tobytes(), signal

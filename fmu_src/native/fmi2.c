@@ -128,7 +128,6 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, f
                        stop_time, start_time);
     }
     instance->now.time = start_time;
-    instance->now.experiment_set = 1;
     instance->now.stale = 1;
     return fmi2OK;
 }

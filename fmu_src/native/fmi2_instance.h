@@ -19,9 +19,7 @@ typedef enum {
 /* everything that changes in time beside the memory of the model; flat, so that saving it is a copy */
 typedef struct {
     int phase;                    /* ds_phase */
-    int experiment_set;           /* fmi2SetupExperiment has been called */
     int stale;                    /* parameters or inputs have changed since the model was started */
-    int reserved;
     double time;                  /* s, communication point reached */
     double value[DS_VARIABLES];   /* one number per variable */
     double slope[DS_VARIABLES];   /* derivatives of inputs, valid for the next step */

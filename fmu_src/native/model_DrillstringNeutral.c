@@ -26,7 +26,7 @@ static ds_parameters parameters_of(const double value[])
 size_t ds_model_size(const double value[], const ds_text text[], ds_journal *journal)
 {
     const ds_parameters p = parameters_of(value);
-    const double cells = value[DS_cells] > 0.0 ? value[DS_cells] : p.L * sqrt(p.I / (p.G * p.J)) / 0.0005;
+    const double cells = value[DS_cells] > 0.0 ? value[DS_cells] : p.L * sqrt(p.I / (p.G * p.J)) / DS_CELL_LIMIT;
     (void)text;
     if (cells > 1e7) {
         snprintf(journal->reason, sizeof journal->reason,

@@ -8,6 +8,7 @@ from typing import Any
 
 from fmu_src.interface import DRILLSTRING_NEUTRAL
 from fmu_src.python.slave import TableSlave
+from models.clock import CELL_LIMIT
 from models.neutral import DrillstringNeutral as Plant
 from models.neutral import InitialState, Outputs
 from models.parameters import DrillstringParameters
@@ -35,9 +36,9 @@ class DrillstringNeutral(TableSlave):
         """Build the plant at rest or in uniform rotation."""
         parameters = DrillstringParameters(**{name: values[_AT[name]] for name in _PARAMETERS})
         cells = int(values[_AT["cells"]])
-        if cells == 0 and parameters.travel_time / 0.0005 > MOST_CELLS:
+        if cells == 0 and parameters.travel_time / CELL_LIMIT > MOST_CELLS:
             raise ValueError(
-                f"the travel time of the string asks for {parameters.travel_time / 0.0005:.3g} cells; "
+                f"the travel time of the string asks for {parameters.travel_time / CELL_LIMIT:.3g} cells; "
                 "expected at most 1e7: set cells or a shorter L"
             )
         initial = InitialState(values[_AT["initial_speed"]], values[_AT["initial_torque"]])

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from cosim.algorithms import find_algorithm
-from cosim.checks import check_system
+from cosim.compatibility import check_system
 from cosim.errors import format_time
 from cosim.grid import Grid, communication_points
 from cosim.initialisation import initialise

@@ -1,6 +1,6 @@
 """What is coupled with what: a system as plain data.
 
-Nothing here opens an FMU. Names are checked against the FMUs' model descriptions in `cosim.checks`.
+Nothing here opens an FMU. Names are checked against the FMUs' model descriptions in `cosim.compatibility`.
 """
 
 from __future__ import annotations

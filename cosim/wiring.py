@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from cosim.algorithms import Lag
-from cosim.checks import StartValues
+from cosim.compatibility import StartValues
 from cosim.description import Description
 from cosim.grid import Grid
 from cosim.record import Block, Section, Slopes, allocate_block, base_type
@@ -62,7 +62,7 @@ def wire(
     Parameters
     ----------
     system : System
-        Checked by `cosim.checks.check_system`.
+        Checked by `cosim.compatibility.check_system`.
     slaves : mapping of str to Slave
         By name of component.
     start_values : mapping

@@ -7,7 +7,7 @@ import logging
 import pytest
 
 from cosim import Component, Connection, Constant, Step, System, ramp
-from cosim.checks import check_system
+from cosim.compatibility import check_system
 from cosim.description import Description, Unit, Variable
 from cosim.errors import SystemDefinitionError
 

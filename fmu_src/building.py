@@ -11,6 +11,7 @@ from fmu_src.header import table_header, table_source
 from fmu_src.native_build import Target
 from fmu_src.page import documentation_page
 from fmu_src.python_build import python_files
+from fmu_src.reference import reference_files
 from fmu_src.schema import Model
 
 
@@ -41,6 +42,7 @@ def build(model: Model, packaging: Packaging, targets: Sequence[Target], output:
     documents = {
         "documentation/index.html": documentation_page(model, packaging),
         "documentation/licenses/license.txt": project.license_text().encode("utf-8"),
+        **reference_files(model),
     }
     files = _native(model, targets, documents) if packaging is Packaging.NATIVE else _python(model, documents)
     here = f"binaries/{native_build.host_target().folder}/"

@@ -1,4 +1,4 @@
-"""The reference experiments as committed: those of oracle and closed forms, and fit to try what they are there to try."""
+"""The reference experiments as committed: those of oracle and closed forms, and fit to try what they are there for."""
 
 from __future__ import annotations
 

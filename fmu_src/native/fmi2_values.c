@@ -77,7 +77,7 @@ static int in_range(const ds_instance *instance, const ds_variable *variable, do
         return 1;
     }
     const ds_number_text shown = ds_number(value);
-    const int bare = strcmp(variable->unit, "1") == 0;
+    const int bare = variable->unit[0] == '\0' || strcmp(variable->unit, "1") == 0;
     ds_tell(instance, fmi2Discard, LOG_DISCARD, "%s is %s%s%s; expected a finite value in [%.9g, %.9g]", variable->name,
             shown.text, bare ? "" : " ", bare ? "" : variable->unit, variable->minimum, variable->maximum);
     return 0;
@@ -91,34 +91,63 @@ static void assign(ds_instance *instance, fmi2ValueReference vr, double value)
     }
 }
 
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
+/* fmi2GetXXX of all types but String: Real values are an array of double, the others of int */
+static fmi2Status get_numbers(ds_instance *instance, const char *call, ds_kind kind, const fmi2ValueReference vr[],
+                              size_t n, void *values)
 {
-    ds_instance *const instance = c;
-    const fmi2Status status = ready_to_read(instance, "fmi2GetReal", vr, nvr, value, DS_REAL);
-    for (size_t i = 0; status == fmi2OK && i < nvr; ++i) {
-        value[i] = instance->now.value[vr[i]];
+    const fmi2Status status = ready_to_read(instance, call, vr, n, values, kind);
+    for (size_t i = 0; status == fmi2OK && i < n; ++i) {
+        const double number = instance->now.value[vr[i]];
+        if (kind == DS_REAL) {
+            ((fmi2Real *)values)[i] = number;
+        } else {
+            ((fmi2Integer *)values)[i] = (fmi2Integer)number;
+        }
     }
     return status;
+}
+
+/* one of the values given to fmi2SetXXX */
+static double number_at(const void *values, size_t i, ds_kind kind)
+{
+    if (kind == DS_REAL) {
+        return ((const fmi2Real *)values)[i];
+    }
+    const fmi2Integer number = ((const fmi2Integer *)values)[i];
+    return kind == DS_BOOLEAN ? number != fmi2False : number;
+}
+
+/* fmi2SetXXX of all types but String: all values are set, or none */
+static fmi2Status set_numbers(ds_instance *instance, const char *call, ds_kind kind, const fmi2ValueReference vr[],
+                              size_t n, const void *values)
+{
+    if (!admits(instance, call, vr, n, values, kind)) {
+        return fmi2Error;
+    }
+    for (size_t i = 0; i < n; ++i) {
+        if (!in_range(instance, &ds_variables[vr[i]], number_at(values, i, kind))) {
+            return fmi2Discard;
+        }
+    }
+    for (size_t i = 0; i < n; ++i) {
+        assign(instance, vr[i], number_at(values, i, kind));
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
+{
+    return get_numbers(c, "fmi2GetReal", DS_REAL, vr, nvr, value);
 }
 
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[])
 {
-    ds_instance *const instance = c;
-    const fmi2Status status = ready_to_read(instance, "fmi2GetInteger", vr, nvr, value, DS_INTEGER);
-    for (size_t i = 0; status == fmi2OK && i < nvr; ++i) {
-        value[i] = (fmi2Integer)instance->now.value[vr[i]];
-    }
-    return status;
+    return get_numbers(c, "fmi2GetInteger", DS_INTEGER, vr, nvr, value);
 }
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
-    ds_instance *const instance = c;
-    const fmi2Status status = ready_to_read(instance, "fmi2GetBoolean", vr, nvr, value, DS_BOOLEAN);
-    for (size_t i = 0; status == fmi2OK && i < nvr; ++i) {
-        value[i] = instance->now.value[vr[i]] != 0.0 ? fmi2True : fmi2False;
-    }
-    return status;
+    return get_numbers(c, "fmi2GetBoolean", DS_BOOLEAN, vr, nvr, value);
 }
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[])
@@ -133,48 +162,17 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
 {
-    ds_instance *const instance = c;
-    if (!admits(instance, "fmi2SetReal", vr, nvr, value, DS_REAL)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < nvr; ++i) {
-        if (!in_range(instance, &ds_variables[vr[i]], value[i])) {
-            return fmi2Discard;
-        }
-    }
-    for (size_t i = 0; i < nvr; ++i) {
-        assign(instance, vr[i], value[i]);
-    }
-    return fmi2OK;
+    return set_numbers(c, "fmi2SetReal", DS_REAL, vr, nvr, value);
 }
 
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[])
 {
-    ds_instance *const instance = c;
-    if (!admits(instance, "fmi2SetInteger", vr, nvr, value, DS_INTEGER)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < nvr; ++i) {
-        if (!in_range(instance, &ds_variables[vr[i]], value[i])) {
-            return fmi2Discard;
-        }
-    }
-    for (size_t i = 0; i < nvr; ++i) {
-        assign(instance, vr[i], value[i]);
-    }
-    return fmi2OK;
+    return set_numbers(c, "fmi2SetInteger", DS_INTEGER, vr, nvr, value);
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
 {
-    ds_instance *const instance = c;
-    if (!admits(instance, "fmi2SetBoolean", vr, nvr, value, DS_BOOLEAN)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < nvr; ++i) {
-        assign(instance, vr[i], value[i] != fmi2False ? 1.0 : 0.0);
-    }
-    return fmi2OK;
+    return set_numbers(c, "fmi2SetBoolean", DS_BOOLEAN, vr, nvr, value);
 }
 
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[])

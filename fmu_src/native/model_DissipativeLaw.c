@@ -1,19 +1,9 @@
 /* The drive speed law of eq. (9), as printed and in tracking form. Follows models/laws.py, which explains it. */
 #include <math.h>
-#include <stdio.h>
 
-#include "ds_model.h"
-#include "ds_table.h"
+#include "ds_memoryless.h"
 
 enum { FORM_PRINTED = 1, FORM_TRACKING = 2 };
-
-size_t ds_model_size(const double value[], const ds_text text[], ds_journal *journal)
-{
-    (void)value;
-    (void)text;
-    (void)journal;
-    return 1; /* the law has no memory */
-}
 
 ds_result ds_model_check(const double value[], ds_journal *journal)
 {
@@ -60,28 +50,4 @@ static void answer(double value[])
     value[DS_guard_active] = guarded;
     value[DS_limit_active] = omega > limit || omega < -limit;
     value[DS_Omega] = omega > limit ? limit : omega < -limit ? -limit : omega;
-}
-
-ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
-                         ds_journal *journal)
-{
-    (void)memory;
-    (void)size;
-    (void)text;
-    (void)time;
-    (void)journal;
-    answer(value);
-    return DS_OK;
-}
-
-ds_result ds_model_step(void *memory, double value[], const double slope[], double time, double end,
-                        ds_journal *journal)
-{
-    (void)memory;
-    (void)slope;
-    (void)time;
-    (void)end;
-    (void)journal;
-    answer(value);
-    return DS_OK;
 }

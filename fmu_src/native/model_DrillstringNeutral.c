@@ -2,8 +2,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "ds_condition.h"
 #include "ds_model.h"
-#include "ds_number.h"
 #include "ds_neutral.h"
 #include "ds_table.h"
 
@@ -39,14 +39,7 @@ size_t ds_model_size(const double value[], const ds_text text[], ds_journal *jou
 
 ds_result ds_model_check(const double value[], ds_journal *journal)
 {
-    if (value[DS_mu_sb] < value[DS_mu_cb]) {
-        const ds_number_text found = ds_number(value[DS_mu_sb]);
-        const ds_number_text least = ds_number(value[DS_mu_cb]);
-        snprintf(journal->reason, sizeof journal->reason, "mu_sb is %s; expected at least mu_cb = %s", found.text,
-                 least.text);
-        return DS_DISCARD;
-    }
-    return DS_OK;
+    return ds_at_least("mu_sb", value[DS_mu_sb], "mu_cb", value[DS_mu_cb], journal);
 }
 
 static void write_outputs(const block *plant, double value[])

@@ -34,10 +34,10 @@ NOMINAL = {"rad/s": 10.0, "N.m": 1e4, "N": 1e5, "rad": 100.0, "J": 1e5, "s": 1.0
 DISPLAY = {"rad/s": "rev/min", "N.m": "kN.m", "N": "kN", "J": "kJ", "rad": "rev"}
 
 LOG_CATEGORIES: tuple[tuple[str, str], ...] = (
-    ("logEvents", "Stick and slip events, guards and limits as they happen."),
-    ("logStatusWarning", "Messages that come with fmi2Warning."),
+    ("logEvents", "Stops and releases of the bit, guards and limits of the laws, as they happen."),
+    ("logStatusWarning", "What limits the worth of the results."),
     ("logStatusDiscard", "Messages that come with fmi2Discard: which variable, its value, the expected range."),
-    ("logStatusError", "Messages that come with fmi2Error."),
+    ("logStatusError", "Messages that come with fmi2Error; they are told always."),
     ("logAll", "All messages."),
 )
 

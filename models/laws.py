@@ -103,5 +103,12 @@ class WeightOnBitLaw:
 
     def weight(self, bit_speed: float) -> float:
         """Return the weight on bit [N] at a bit speed [rad/s]."""
-        weight = self.gain * abs(bit_speed) + self.least
+        weight = self._unlimited(bit_speed)
         return weight if weight <= self.greatest else self.greatest
+
+    def limited(self, bit_speed: float) -> bool:
+        """Return whether the limit makes the weight on bit at a bit speed [rad/s]."""
+        return self._unlimited(bit_speed) > self.greatest
+
+    def _unlimited(self, bit_speed: float) -> float:
+        return self.gain * abs(bit_speed) + self.least

@@ -15,10 +15,15 @@ typedef char ds_text[DS_TEXT_SIZE];
 
 typedef enum { DS_OK, DS_DISCARD, DS_FAILED } ds_result;
 
-/* where a model says what happened: `event` receives a sentence, `reason` the sentence that explains a refusal */
+/* takes a sentence on what happened at a time */
+typedef void ds_listener(void *owner, double time, const char *sentence);
+
+/* where a model says what happened: `event` hears of all, `warning` of what limits the worth of the results; either is
+ * null if nobody listens. `reason` receives the sentence that explains a refusal. */
 typedef struct {
     void *owner;
-    void (*event)(void *owner, double time, const char *sentence);
+    ds_listener *event;
+    ds_listener *warning;
     char reason[DS_MESSAGE_SIZE];
 } ds_journal;
 

@@ -10,6 +10,7 @@
 #include "fmi2_instance.h"
 
 #define ANY_PHASE (PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP | PHASE_TERMINATED)
+#define BLANKS " \t\r\n\v\f"
 
 const char *fmi2GetTypesPlatform(void)
 {
@@ -19,20 +20,6 @@ const char *fmi2GetTypesPlatform(void)
 const char *fmi2GetVersion(void)
 {
     return fmi2Version;
-}
-
-static void log_event(void *owner, double time, const char *sentence)
-{
-    (void)time;
-    ds_tell(owner, fmi2OK, LOG_EVENTS, "%s", sentence);
-}
-
-static void set_logging(ds_instance *instance, int on)
-{
-    for (int i = 0; i < DS_LOG_CATEGORIES; ++i) {
-        instance->logging[i] = on;
-    }
-    instance->journal.event = on ? log_event : NULL;
 }
 
 /* refuse an instantiation with a sentence */
@@ -49,7 +36,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 {
     (void)resources;
     (void)visible;
-    if (name == NULL || name[0] == '\0') {
+    if (name == NULL || name[strspn(name, BLANKS)] == '\0') {
         return refuse(functions, "?", "fmi2Instantiate needs an instance name");
     }
     if (functions == NULL) {
@@ -71,7 +58,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     instance->name = strcpy(copy, name);
     instance->callbacks = *functions;
     instance->journal.owner = instance;
-    set_logging(instance, logging_on != fmi2False);
+    ds_switch_logging(instance, LOG_ALL, logging_on != fmi2False);
+    ds_switch_logging(instance, LOG_DISCARD, 1);
+    ds_switch_logging(instance, LOG_ERROR, 1);
     ds_instance_defaults(instance);
     return instance;
 }
@@ -86,28 +75,37 @@ void fmi2FreeInstance(fmi2Component c)
     }
 }
 
+/* the log category of a name, LOG_ALL + 1 if there is none */
+static int category_named(const char *name)
+{
+    int category = 0;
+    while (category <= LOG_ALL && (name == NULL || strcmp(name, ds_log_categories[category]) != 0)) {
+        ++category;
+    }
+    return category;
+}
+
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
 {
     ds_instance *const instance = c;
     if (!ds_legal(instance, "fmi2SetDebugLogging", ANY_PHASE)) {
         return fmi2Error;
     }
-    if (n == 0) {
-        set_logging(instance, on != fmi2False);
-        return fmi2OK;
+    if (n > 0 && categories == NULL) {
+        return ds_tell(instance, fmi2Error, LOG_ERROR, "fmi2SetDebugLogging is called with a null pointer");
     }
     for (size_t i = 0; i < n; ++i) {
-        int found = -1;
-        for (int k = 0; categories != NULL && categories[i] != NULL && k < DS_LOG_CATEGORIES; ++k) {
-            found = strcmp(categories[i], ds_log_categories[k]) == 0 ? k : found;
-        }
-        if (found < 0) {
+        if (category_named(categories[i]) > LOG_ALL) {
             return ds_tell(instance, fmi2Error, LOG_ERROR, "fmi2SetDebugLogging: there is no log category \"%s\"",
-                           categories == NULL || categories[i] == NULL ? "" : categories[i]);
+                           categories[i] == NULL ? "" : categories[i]);
         }
-        instance->logging[found] = on != fmi2False;
     }
-    instance->journal.event = instance->logging[LOG_EVENTS] || instance->logging[LOG_ALL] ? log_event : NULL;
+    if (n == 0) {
+        ds_switch_logging(instance, LOG_ALL, on != fmi2False);
+    }
+    for (size_t i = 0; i < n; ++i) {
+        ds_switch_logging(instance, category_named(categories[i]), on != fmi2False);
+    }
     return fmi2OK;
 }
 

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define LONGEST_NAME 64 /* bytes, in messages */
+
 static const char *phase_name(int phase)
 {
     switch (phase) {
@@ -19,21 +21,70 @@ static const char *phase_name(int phase)
     }
 }
 
+/* bytes of a name shown in messages; a character of UTF-8 is not cut apart */
+static int shown_length(const char *name)
+{
+    int length = 0;
+    while (length < LONGEST_NAME && name[length] != '\0') {
+        ++length;
+    }
+    while (name[length] != '\0' && ((unsigned char)name[length] & 0xC0) == 0x80) {
+        --length;
+    }
+    return length;
+}
+
+/* hand a sentence to the importer's logger, with instance and time before it */
+static void hand_over(const ds_instance *instance, double time, fmi2Status status, int category, const char *sentence)
+{
+    char message[DS_MESSAGE_SIZE + 128];
+    char escaped[2 * sizeof message];
+    size_t length = 0;
+    snprintf(message, sizeof message, "%.*s at t = %.9g s: %s", shown_length(instance->name), instance->name, time,
+             sentence);
+    /* FMI 2.0.4, section 2.1.5: a # by itself begins a reference to a variable */
+    for (const char *from = message; *from != '\0'; ++from) {
+        escaped[length++] = *from;
+        if (*from == '#') {
+            escaped[length++] = '#';
+        }
+    }
+    escaped[length] = '\0';
+    instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, status,
+                               ds_log_categories[category], "%s", escaped);
+}
+
+static void log_event(void *owner, double time, const char *sentence)
+{
+    hand_over(owner, time, fmi2OK, LOG_EVENTS, sentence);
+}
+
+static void log_warning(void *owner, double time, const char *sentence)
+{
+    hand_over(owner, time, fmi2Warning, LOG_WARNING, sentence);
+}
+
+void ds_switch_logging(ds_instance *instance, int category, int on)
+{
+    int *const logging = instance->logging;
+    const int heard = instance->callbacks.logger != NULL;
+    for (int i = 0; i < DS_LOG_CATEGORIES; ++i) {
+        logging[i] = i == category || category == LOG_ALL ? on : logging[i];
+    }
+    instance->journal.event = heard && logging[LOG_EVENTS] ? log_event : NULL;
+    instance->journal.warning = heard && logging[LOG_WARNING] ? log_warning : NULL;
+}
+
 fmi2Status ds_tell(const ds_instance *instance, fmi2Status status, int category, const char *format, ...)
 {
-    char text[DS_MESSAGE_SIZE];
-    char message[DS_MESSAGE_SIZE + 128];
+    char sentence[DS_MESSAGE_SIZE];
     va_list arguments;
-    if (instance->callbacks.logger == NULL ||
-        (status < fmi2Discard && !instance->logging[category] && !instance->logging[LOG_ALL])) {
-        return status;
+    if (instance->callbacks.logger != NULL && (status >= fmi2Error || instance->logging[category])) {
+        va_start(arguments, format);
+        vsnprintf(sentence, sizeof sentence, format, arguments);
+        va_end(arguments);
+        hand_over(instance, instance->now.time, status, category, sentence);
     }
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    snprintf(message, sizeof message, "%.64s at t = %.9g s: %s", instance->name, instance->now.time, text);
-    instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, status,
-                               ds_log_categories[category], "%s", message);
     return status;
 }
 

@@ -29,16 +29,19 @@ typedef struct {
 typedef struct {
     char *name;
     fmi2CallbackFunctions callbacks;
-    int logging[DS_LOG_CATEGORIES];
+    int logging[DS_LOG_CATEGORIES]; /* categories that are switched on */
     ds_values now;
     void *memory;
     size_t memory_size;
     ds_journal journal;
 } ds_instance;
 
+/* the log categories, in the order of the table */
 enum { LOG_EVENTS, LOG_WARNING, LOG_DISCARD, LOG_ERROR, LOG_ALL };
 
-/* log a message with a status and give the status back; refusals and errors are always logged */
+/* switch a category of messages on or off, LOG_ALL all of them */
+void ds_switch_logging(ds_instance *instance, int category, int on);
+/* log a message with a status and give the status back; errors are logged whatever is switched off */
 fmi2Status ds_tell(const ds_instance *instance, fmi2Status status, int category, const char *format, ...);
 void ds_instance_defaults(ds_instance *instance);
 /* whether a call is legal in the present phase; says so if not */

@@ -51,3 +51,16 @@ static void answer(double value[])
     value[DS_limit_active] = omega > limit || omega < -limit;
     value[DS_Omega] = omega > limit ? limit : omega < -limit ? -limit : omega;
 }
+
+static void tell_changes(const double before[], const double value[], double time, ds_journal *journal)
+{
+    if (value[DS_guard_active] != before[DS_guard_active]) {
+        journal->event(journal->owner, time, value[DS_guard_active] != 0.0
+                                                 ? "the divisor of Omega is held at top_speed_min"
+                                                 : "the divisor of Omega is the top speed again");
+    }
+    if (value[DS_limit_active] != before[DS_limit_active]) {
+        journal->event(journal->owner, time,
+                       value[DS_limit_active] != 0.0 ? "Omega is held at its limit" : "Omega is off its limit again");
+    }
+}

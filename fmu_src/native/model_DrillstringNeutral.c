@@ -67,44 +67,63 @@ static void write_outputs(const block *plant, double value[])
     value[DS_folded_energy] = o.folded_energy;
 }
 
+/* what the events of a step are told from, as it was before the step */
+typedef struct {
+    double slip_count, last_stop_time, breaks_folded;
+} history;
+
+static void tell_release(const double value[], const history *before, ds_journal *journal)
+{
+    char sentence[DS_MESSAGE_SIZE];
+    if (value[DS_slip_count] > before->slip_count) {
+        snprintf(sentence, sizeof sentence, "the bit breaks loose, release number %.0f", value[DS_slip_count]);
+        journal->event(journal->owner, value[DS_last_release_time], sentence);
+    }
+}
+
+static void tell_stop(const double value[], const history *before, ds_journal *journal)
+{
+    if (value[DS_last_stop_time] > before->last_stop_time) {
+        journal->event(journal->owner, value[DS_last_stop_time], "the bit sticks");
+    }
+}
+
+/* say that the bit has stopped or broken loose since `before`, in the order of time; of several stops, the last */
+static void tell_events(const double value[], const history *before, double end, ds_journal *journal)
+{
+    if (journal->event != NULL && value[DS_last_stop_time] < value[DS_last_release_time]) {
+        tell_stop(value, before, journal);
+        tell_release(value, before, journal);
+    } else if (journal->event != NULL) {
+        tell_release(value, before, journal);
+        tell_stop(value, before, journal);
+    }
+    if (journal->warning != NULL && before->breaks_folded == 0.0 && value[DS_breaks_folded] > 0.0) {
+        journal->warning(journal->owner, end, "more breaks are under way than can be kept: the weakest are folded");
+    }
+}
+
 ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
                          ds_journal *journal)
 {
     block *const plant = memory;
     const ds_parameters p = parameters_of(value);
+    const history before = {value[DS_slip_count], time, 0.0}; /* a start may be repeated */
     (void)size;
     (void)text;
-    (void)journal;
     ds_neutral_build(&plant->model, &p, (int)value[DS_cells], time);
     ds_neutral_start(&plant->model, &plant->state, value[DS_initial_speed], value[DS_initial_torque], value[DS_Omega],
                      value[DS_WOB]);
     write_outputs(plant, value);
+    tell_events(value, &before, time, journal);
     return DS_OK;
-}
-
-/* say which stops and releases a step has seen; of several, the last */
-static void report_events(const double before[3], const double value[], double end, ds_journal *journal)
-{
-    char sentence[DS_MESSAGE_SIZE];
-    if (value[DS_slip_count] > before[0]) {
-        snprintf(sentence, sizeof sentence, "the bit breaks loose at t = %.9g s, release number %.0f",
-                 value[DS_last_release_time], value[DS_slip_count]);
-        journal->event(journal->owner, end, sentence);
-    }
-    if (value[DS_last_stop_time] > before[1]) {
-        snprintf(sentence, sizeof sentence, "the bit sticks at t = %.9g s", value[DS_last_stop_time]);
-        journal->event(journal->owner, end, sentence);
-    }
-    if (before[2] == 0.0 && value[DS_breaks_folded] > 0.0) {
-        journal->event(journal->owner, end, "more breaks are under way than can be kept: the weakest are folded");
-    }
 }
 
 ds_result ds_model_step(void *memory, double value[], const double slope[], double time, double end,
                         ds_journal *journal)
 {
     block *const plant = memory;
-    const double before[3] = {value[DS_slip_count], value[DS_last_stop_time], value[DS_breaks_folded]};
+    const history before = {value[DS_slip_count], value[DS_last_stop_time], value[DS_breaks_folded]};
     (void)time;
     if ((end - plant->model.clock.start) / plant->model.clock.cell > MOST_CELLS_RUN) {
         snprintf(journal->reason, sizeof journal->reason,
@@ -122,8 +141,6 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
                           slope[DS_WOB]);
     ds_neutral_advance(&plant->model, &plant->state, end);
     write_outputs(plant, value);
-    if (journal->event != NULL) {
-        report_events(before, value, end, journal);
-    }
+    tell_events(value, &before, end, journal);
     return DS_OK;
 }

@@ -9,8 +9,21 @@ ds_result ds_model_check(const double value[], ds_journal *journal)
     return ds_at_least("WOB_max", value[DS_WOB_max], "WOB_0", value[DS_WOB_0], journal);
 }
 
+static double unlimited(const double value[])
+{
+    return value[DS_K_w] * fabs(value[DS_bit_speed]) + value[DS_WOB_0];
+}
+
 static void answer(double value[])
 {
-    const double weight = value[DS_K_w] * fabs(value[DS_bit_speed]) + value[DS_WOB_0];
+    const double weight = unlimited(value);
     value[DS_WOB] = weight <= value[DS_WOB_max] ? weight : value[DS_WOB_max];
+}
+
+static void tell_changes(const double before[], const double value[], double time, ds_journal *journal)
+{
+    const int limited = unlimited(value) > value[DS_WOB_max];
+    if (limited != (unlimited(before) > before[DS_WOB_max])) {
+        journal->event(journal->owner, time, limited ? "WOB is held at its limit" : "WOB is off its limit again");
+    }
 }

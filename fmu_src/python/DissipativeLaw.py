@@ -18,13 +18,14 @@ class DissipativeLaw(TableSlave):
 
     def start(self, values: list[Any], time: float) -> None:
         """Answer the inputs as they are."""
-        self._answer(values)
+        self._answer(values, time)
 
     def step(self, values: list[Any], time: float, end: float) -> None:
         """Answer the inputs as they are."""
-        self._answer(values)
+        self._answer(values, end)
 
-    def _answer(self, values: list[Any]) -> None:
+    def _answer(self, values: list[Any], time: float) -> None:
+        guarded, limited = values[_AT["guard_active"]], values[_AT["limit_active"]]
         law = Law(
             values[_AT["c_1"]],
             values[_AT["c_2"]],
@@ -39,6 +40,11 @@ class DissipativeLaw(TableSlave):
         values[_AT["Omega"]] = command.omega
         values[_AT["guard_active"]] = command.guard_active
         values[_AT["limit_active"]] = command.limit_active
+        if command.guard_active != guarded:
+            divisor = "held at top_speed_min" if command.guard_active else "the top speed again"
+            self.event(time, f"the divisor of Omega is {divisor}")
+        if command.limit_active != limited:
+            self.event(time, "Omega is held at its limit" if command.limit_active else "Omega is off its limit again")
 
     def state(self) -> object:
         """Return None: the law has no memory."""

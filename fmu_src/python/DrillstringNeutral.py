@@ -43,7 +43,9 @@ class DrillstringNeutral(TableSlave):
             )
         initial = InitialState(values[_AT["initial_speed"]], values[_AT["initial_torque"]])
         self.plant = Plant(parameters, initial, cells, time, values[_AT["Omega"]], values[_AT["WOB"]])
+        before = (values[_AT["slip_count"]], time, 0)  # a start may be repeated
         self._write(values)
+        self._tell_events(values, before, time)
 
     def step(self, values: list[Any], time: float, end: float) -> None:
         """Advance the plant with the inputs held."""
@@ -57,13 +59,24 @@ class DrillstringNeutral(TableSlave):
         if any(friction[name] != getattr(plant.parameters, name) for name in _TUNABLE):
             plant.set_friction(replace(plant.parameters, **friction))
         plant.set_inputs(values[_AT["Omega"]], values[_AT["WOB"]])
-        before = plant.bit.slips, plant.bit.last_stop
+        before = (values[_AT["slip_count"]], values[_AT["last_stop_time"]], values[_AT["breaks_folded"]])
         plant.advance(end)
         self._write(values)
-        if plant.bit.slips > before[0]:
-            self.event(f"the bit breaks loose at t = {plant.bit.last_release:.9g} s, release number {plant.bit.slips}")
-        if plant.bit.last_stop > before[1]:
-            self.event(f"the bit sticks at t = {plant.bit.last_stop:.9g} s")
+        self._tell_events(values, before, end)
+
+    def _tell_events(self, values: Sequence[Any], before: tuple[int, float, int], end: float) -> None:
+        """Say that the bit has stopped or broken loose, in the order of time; of several stops, the last."""
+        slip_count, last_stop_time, breaks_folded = before
+        events: list[tuple[float, str]] = []
+        if values[_AT["slip_count"]] > slip_count:
+            sentence = f"the bit breaks loose, release number {values[_AT['slip_count']]}"
+            events.append((values[_AT["last_release_time"]], sentence))
+        if values[_AT["last_stop_time"]] > last_stop_time:
+            events.append((values[_AT["last_stop_time"]], "the bit sticks"))
+        for time, sentence in sorted(events):
+            self.event(time, sentence)
+        if breaks_folded == 0 and values[_AT["breaks_folded"]] > 0:
+            self.warning(end, "more breaks are under way than can be kept: the weakest are folded")
 
     def _write(self, values: list[Any]) -> None:
         for name, value in zip(Outputs._fields, self.plant.outputs(), strict=True):

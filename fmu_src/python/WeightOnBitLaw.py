@@ -16,6 +16,7 @@ class WeightOnBitLaw(TableSlave):
     """WOB from the bit speed."""
 
     model = WEIGHT_ON_BIT_LAW
+    limited = False
 
     def check(self, values: Sequence[Any]) -> str | None:
         """Return what is wrong between the limits."""
@@ -25,19 +26,23 @@ class WeightOnBitLaw(TableSlave):
 
     def start(self, values: list[Any], time: float) -> None:
         """Answer the input as it is."""
-        self._answer(values)
+        self._answer(values, time)
 
     def step(self, values: list[Any], time: float, end: float) -> None:
         """Answer the input as it is."""
-        self._answer(values)
+        self._answer(values, end)
 
-    def _answer(self, values: list[Any]) -> None:
+    def _answer(self, values: list[Any], time: float) -> None:
         law = Law(values[_AT["K_w"]], values[_AT["WOB_0"]], values[_AT["WOB_max"]])
         values[_AT["WOB"]] = law.weight(values[_AT["bit_speed"]])
+        if law.limited(values[_AT["bit_speed"]]) != self.limited:
+            self.limited = not self.limited
+            self.event(time, "WOB is held at its limit" if self.limited else "WOB is off its limit again")
 
     def state(self) -> object:
-        """Return None: the law has no memory."""
-        return None
+        """Return whether the limit holds, which is all that is remembered."""
+        return self.limited
 
     def restore(self, state: Any) -> None:
-        """Take nothing over."""
+        """Remember whether the limit held."""
+        self.limited = bool(state)

@@ -91,9 +91,13 @@ class TableSlave(Fmi2Slave):
 
     # Messages
 
-    def event(self, sentence: str) -> None:
-        """Log something that happened in the model."""
-        self._say(Fmi2Status.ok, "logEvents", sentence)
+    def event(self, time: float, sentence: str) -> None:
+        """Log something that happened in the model at a time [s]."""
+        self._say(Fmi2Status.ok, "logEvents", sentence, time)
+
+    def warning(self, time: float, sentence: str) -> None:
+        """Log something that limits the worth of the results from a time [s] on."""
+        self._say(Fmi2Status.warning, "logStatusWarning", sentence, time)
 
     def refuse(self, cause: str, sentence: str) -> None:
         """Log a sentence as fmi2Discard, and let no step pass until the cause is gone."""
@@ -106,9 +110,10 @@ class TableSlave(Fmi2Slave):
         self._refusals["call"] = sentence
         self._say(Fmi2Status.error, "logStatusError", sentence)
 
-    def _say(self, status: Fmi2Status, category: str, sentence: str) -> None:
+    def _say(self, status: Fmi2Status, category: str, sentence: str, time: float | None = None) -> None:
+        at = self.time if time is None else time
         # the importer's logger takes the message for a format string of printf
-        self.log(f"{self.name} at t = {self.time!r} s: {sentence}".replace("%", "%%"), status, category)
+        self.log(f"{self.name} at t = {at!r} s: {sentence}".replace("%", "%%"), status, category)
 
     # Values
 

@@ -12,8 +12,10 @@ from cosim.system import System, split_name
 from tests.importers.systems import fmu_of, outputs, settings
 
 
-def make_container(system: System, folder: Path, step_size: float, *, sequential: bool = False) -> Path:
-    """Pack a system of FMUs into one, whose outputs are named ``component.variable``, or ``variable`` if it holds one.
+def make_container(
+    system: System, folder: Path, step_size: float, *, sequential: bool = False, plain_names: bool = False
+) -> Path:
+    """Pack a system of FMUs into one.
 
     Parameters
     ----------
@@ -25,6 +27,8 @@ def make_container(system: System, folder: Path, step_size: float, *, sequential
         Communication step size inside [s].
     sequential : bool
         Whether an FMU gets what those before it have put out in the same step.
+    plain_names : bool
+        Whether outputs are named ``variable``, and not ``component.variable``.
     """
     container = FMUContainer("Coupled", folder, fmi_version=2)
     files = {part.name: fmu_of(system, part.name).name for part in system.components}
@@ -38,7 +42,7 @@ def make_container(system: System, folder: Path, step_size: float, *, sequential
         container.add_link(files[source], output, files[target], given)
     for component, variables in outputs(system).items():
         for variable in variables:
-            name = f"{component}.{variable.name}" if len(files) > 1 else variable.name
+            name = variable.name if plain_names else f"{component}.{variable.name}"
             container.add_output(files[component], variable.name, name)
     container.add_implicit_rule(auto_input=True, auto_output=False, auto_link=False)
     container.make_fmu("Coupled.fmu", step_size=step_size, sequential=sequential)
@@ -51,6 +55,6 @@ def with_law_in_container(system: System, folder: Path, step_size: float) -> Sys
     For tools that leave enumerations at their start value: the law's form is chosen inside the container.
     """
     (law,) = [part for part in system.components if part.name == "law"]
-    container = make_container(System((law,)), folder, step_size)
+    container = make_container(System((law,)), folder, step_size, plain_names=True)
     packed = replace(law, fmu=container, parameters={})
     return replace(system, components=tuple(packed if part is law else part for part in system.components))

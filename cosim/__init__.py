@@ -7,6 +7,7 @@
 
 from cosim.errors import CosimError, InputError, RunError, SlaveError
 from cosim.master import co_simulate
+from cosim.method import Method
 from cosim.result import Result
 from cosim.scenario import Scenario, Variant
 from cosim.scenario_file import load_scenario, scenario_names
@@ -20,6 +21,7 @@ __all__ = [
     "Constant",
     "CosimError",
     "InputError",
+    "Method",
     "Result",
     "RunError",
     "Scenario",

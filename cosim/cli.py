@@ -21,6 +21,7 @@ from cosim.interrupt import interruptible
 from cosim.job import Job, Outcome, run_job
 from cosim.scenario_file import load_scenario, scenario_names
 from cosim.signals import Value
+from cosim.statement import statement
 from cosim.store import FIGURE, MANIFEST, TRAJECTORY
 
 _WIDTH_OF_FILES = 120
@@ -152,13 +153,14 @@ def _summary(outcomes: dict[str, Outcome]) -> Table:
 
 
 def _print_remarks(console: Console, outcomes: dict[str, Outcome]) -> None:
-    """Say over which window each was measured, and how long the runs took."""
+    """Say over which window each was measured, how long the runs took, and how the coupling was computed."""
     for label, outcome in outcomes.items():
         record = outcome.result.record
         window = f"measured over {outcome.measures.window}" if outcome.measures else "nothing to measure"
         steps, seconds = record["steps"], record["timings"]["step"]
         took = f"{steps} steps of {record['step_size']:g} s ({record['algorithm']}) in {seconds:.3g} s"
-        console.print(Text(f"{label}: {window}; {took}", style="dim"), soft_wrap=True)
+        for sentence in (f"{window}; {took}", *statement(record)):
+            console.print(Text(f"{label}: {sentence}", style="dim"), soft_wrap=True)
 
 
 def _print_paths(console: Console, folder: Path, labels: Sequence[str]) -> None:

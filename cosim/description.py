@@ -54,6 +54,7 @@ class Variable:
     start: str | None = None
     minimum: float | None = None
     maximum: float | None = None
+    nominal: float = 1.0
     items: Mapping[str, int] = field(default_factory=dict[str, int], hash=False)
 
     @property
@@ -66,7 +67,14 @@ class Variable:
 
 @dataclass(frozen=True)
 class Description:
-    """The variables and capabilities of one FMI 2.0 co-simulation FMU."""
+    """The variables and capabilities of one FMI 2.0 co-simulation FMU.
+
+    Parameters
+    ----------
+    feedthrough, initial_feedthrough : mapping of str to frozenset of str
+        On which inputs an output depends directly, in a step and in initialization mode, by the name of the output.
+        One that is missing here depends on all of them (FMI 2.0, section 2.2.8).
+    """
 
     model_name: str
     model_identifier: str
@@ -75,6 +83,10 @@ class Description:
     can_vary_step: bool = True
     can_interpolate_inputs: bool = False
     once_per_process: bool = False
+    can_save_state: bool = False
+    output_derivative_order: int = 0
+    feedthrough: Mapping[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
+    initial_feedthrough: Mapping[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
 
     @cached_property
     def by_name(self) -> Mapping[str, Variable]:
@@ -84,6 +96,19 @@ class Description:
     def with_causality(self, causality: str) -> tuple[Variable, ...]:
         """Return the inputs, outputs or parameters, in the order of the file."""
         return tuple(variable for variable in self.variables if variable.causality == causality)
+
+    def fed_through(self, output: str, *, initially: bool = False) -> frozenset[str]:
+        """Return the names of the inputs that an output depends on directly."""
+        known = self.initial_feedthrough if initially else self.feedthrough
+        if output in known:
+            return known[output]
+        given = initially and self.by_name[output].initial == "exact"
+        return frozenset() if given else self._all_inputs
+
+    @cached_property
+    def _all_inputs(self) -> frozenset[str]:
+        """Names of the inputs."""
+        return frozenset(variable.name for variable in self.with_causality("input"))
 
 
 def read_description(path: Path) -> Description:
@@ -115,6 +140,10 @@ def read_description(path: Path) -> Description:
         can_vary_step=slave.canHandleVariableCommunicationStepSize,
         can_interpolate_inputs=slave.canInterpolateInputs,
         once_per_process=slave.canBeInstantiatedOnlyOncePerProcess,
+        can_save_state=slave.canGetAndSetFMUstate,
+        output_derivative_order=int(slave.maxOutputDerivativeOrder),
+        feedthrough=_feedthrough(read.outputs),
+        initial_feedthrough=_feedthrough(read.initialUnknowns),
     )
 
 
@@ -139,6 +168,16 @@ def _refuse_other_versions(path: Path) -> None:
         raise FmuFileError(f"{path}: FMI version is {version or 'not given'}; expected 2.0")
 
 
+def _feedthrough(unknowns: list[fmpy_md.Unknown]) -> dict[str, frozenset[str]]:
+    """Read which inputs the unknowns of a model structure depend on, where the file says it."""
+    known: dict[str, frozenset[str]] = {}
+    for unknown in unknowns:
+        if unknown.variable is not None and unknown.dependencies is not None:
+            inputs = (str(variable.name) for variable in unknown.dependencies if variable.causality == "input")
+            known[str(unknown.variable.name)] = frozenset(inputs)
+    return known
+
+
 def _unit(unit: fmpy_md.Unit) -> Unit:
     """Convert a unit."""
     base = unit.baseUnit
@@ -154,6 +193,7 @@ def _variable(variable: fmpy_md.ModelVariable, units: Mapping[str, Unit]) -> Var
     unit = variable.unit or (declared.unit if declared else None)
     minimum = variable.min or (declared.min if declared else None)
     maximum = variable.max or (declared.max if declared else None)
+    nominal = variable.nominal or (declared.nominal if declared else None)
     items = {str(item.name): int(str(item.value)) for item in declared.items} if declared else {}
     return Variable(
         name=str(variable.name),
@@ -166,5 +206,6 @@ def _variable(variable: fmpy_md.ModelVariable, units: Mapping[str, Unit]) -> Var
         start=variable.start,
         minimum=float(minimum) if minimum is not None else None,
         maximum=float(maximum) if maximum is not None else None,
+        nominal=abs(float(nominal or 1.0)) or 1.0,
         items=items,
     )

@@ -14,11 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from cosim.algorithms import find_algorithm
+from cosim.algorithms import EXPLICIT
 from cosim.compatibility import check_system
+from cosim.dependency import feedthrough_loops, stepping_order
 from cosim.errors import format_time
 from cosim.grid import Grid, communication_points
 from cosim.initialisation import initialise
+from cosim.method import Method
 from cosim.result import Result, collect
 from cosim.slave import Slave
 from cosim.system import System
@@ -39,7 +41,7 @@ def co_simulate(
     stop_time: float,
     step_size: float,
     start_time: float = 0.0,
-    algorithm: str = "jacobi",
+    method: Method | None = None,
     progress: Progress | None = None,
 ) -> Result:
     """Run a system of slaves from start to stop.
@@ -52,8 +54,8 @@ def co_simulate(
         One for each component, by name; instantiated, not initialised.
     stop_time, step_size, start_time : float
         In s.
-    algorithm : str
-        ``"jacobi"`` or ``"gauss-seidel"``; the latter steps the components in the order of the system.
+    method : Method, optional
+        Algorithm and settings; by default Jacobi.
     progress : callable, optional
         Called now and then with the part of the run that is done.
 
@@ -69,10 +71,12 @@ def co_simulate(
     SlaveError
         If a component refuses a value or a step.
     """
-    lag = find_algorithm(algorithm)
-    start_values = check_system(system, {name: slave.description for name, slave in slaves.items()})
+    method = method or Method()
+    descriptions = {name: slave.description for name, slave in slaves.items()}
+    start_values = check_system(system, descriptions)
+    order = stepping_order(system, descriptions, method.order)
     grid = _grid(system, slaves, start_time, stop_time, step_size)
-    nodes = wire(system, slaves, start_values, grid, lag)
+    nodes = wire(system, slaves, start_values, grid, EXPLICIT[method.algorithm], order)
     began = time.perf_counter()
     last_time = max(stop_time, float(grid.times[-1]))
     for node in nodes:
@@ -85,7 +89,9 @@ def co_simulate(
         node.slave.terminate()
     record_slopes(nodes, system, grid)
     record = {
-        "algorithm": algorithm,
+        "algorithm": method.algorithm,
+        "order": list(order),
+        "loops": [str(loop) for loop in feedthrough_loops(system, descriptions)],
         "start_time": start_time,
         "stop_time": float(grid.times[-1]),
         "step_size": step_size,
@@ -93,7 +99,8 @@ def co_simulate(
         "initialisation": {"settled": settling.settled, "rounds": settling.rounds},
         "timings": {"initialise": initialised - began, "step": stepped - initialised},
     }
-    result = collect(nodes, grid.times, record)
+    blocks = {node.name: node.block for node in nodes}
+    result = collect({part.name: blocks[part.name] for part in system.components}, grid.times, record)
     _warn_of_non_finite(result)
     return result
 

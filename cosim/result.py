@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import InputError, suggestion
-from cosim.record import BASE_TYPES
+from cosim.record import BASE_TYPES, Block
 from cosim.signals import FloatArray
-from cosim.wiring import Node
 
 
 @dataclass(frozen=True)
@@ -81,18 +80,18 @@ class Result:
         return zip(*(map(repr, column) for column in numbers), strict=True)
 
 
-def collect(nodes: tuple[Node, ...], time: FloatArray, record: Mapping[str, Any]) -> Result:
-    """Name the columns of a recording; they can be read but not changed."""
+def collect(blocks: Mapping[str, Block], time: FloatArray, record: Mapping[str, Any]) -> Result:
+    """Name the columns of a recording, given by component; they can be read but not changed."""
     columns: dict[str, NDArray[Any]] = {}
     units: dict[str, str] = {}
-    for node in nodes:
-        for sections in (node.block.outputs, node.block.inputs):
+    for name, block in blocks.items():
+        for sections in (block.outputs, block.inputs):
             for kind in BASE_TYPES:
                 section = sections[kind]
                 for index, variable in enumerate(section.variables):
                     values: NDArray[Any] = np.ascontiguousarray(section.values[:, index])
                     values = values != 0 if kind == "Boolean" else values
                     values.flags.writeable = False
-                    columns[f"{node.name}.{variable.name}"] = values
-                    units[f"{node.name}.{variable.name}"] = variable.unit.name if variable.unit else ""
+                    columns[f"{name}.{variable.name}"] = values
+                    units[f"{name}.{variable.name}"] = variable.unit.name if variable.unit else ""
     return Result(time, MappingProxyType(columns), MappingProxyType(units), MappingProxyType(dict(record)))

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from cosim.errors import ScenarioError, suggestion
+from cosim.method import Method
 from cosim.signals import Value
 from cosim.system import System
 
@@ -48,8 +49,8 @@ class Scenario:
         What is coupled with what.
     stop_time, step_size, start_time : float
         In s.
-    algorithm : str
-        Of the master.
+    method : Method
+        Algorithm of the master and its settings.
     title, description : str
         For people.
     variants : tuple of Variant
@@ -65,7 +66,7 @@ class Scenario:
     stop_time: float
     step_size: float
     start_time: float = 0.0
-    algorithm: str = "jacobi"
+    method: Method = field(default_factory=Method)
     title: str = ""
     description: str = ""
     variants: tuple[Variant, ...] = ()

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from cosim.errors import InputError, ScenarioError, suggestion
+from cosim.method import Method
 from cosim.scenario import Scenario, Variant
 from cosim.signal_file import read_signal
 from cosim.signals import Value
@@ -16,8 +17,8 @@ from cosim.toml_table import TomlTable
 SCENARIOS = Path(__file__).resolve().parent / "scenarios"
 
 _KEYS = (
-    "title", "description", "start_time", "stop_time", "step_size", "algorithm", "components", "connections", "inputs",
-    "variants", "figure",
+    "title", "description", "start_time", "stop_time", "step_size", "algorithm", "order", "components", "connections",
+    "inputs", "variants", "figure",
 )  # fmt: skip
 
 
@@ -77,11 +78,11 @@ def _scenario(content: dict[str, Any], path: Path) -> Scenario:
         stop_time=table.number("stop_time"),
         step_size=table.number("step_size"),
         start_time=table.number("start_time", 0.0),
-        algorithm=table.text("algorithm", "jacobi"),
+        method=Method(table.text("algorithm", "jacobi"), table.texts("order")),
         title=table.text("title", ""),
         description=table.text("description", "").strip(),
         variants=tuple(_variant(value, folder) for value in table.array("variants")),
-        signals=tuple(map(str, table.table("figure", ("signals",)).array("signals"))),
+        signals=table.table("figure", ("signals",)).texts("signals"),
         folder=folder,
     )
 

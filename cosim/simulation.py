@@ -7,7 +7,7 @@ import platform
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -70,6 +70,7 @@ def simulate(
         If a component fails on the way.
     """
     chosen = scenario.variant(variant)
+    method = scenario.method if algorithm is None else replace(scenario.method, algorithm=algorithm)
     system = scenario.system.with_values(chosen.values if chosen else {}).with_values(overrides or {})
     paths = {part.name: locate_fmu(part.fmu, packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
@@ -86,7 +87,7 @@ def simulate(
             stop_time=scenario.stop_time if stop_time is None else stop_time,
             step_size=scenario.step_size if step_size is None else step_size,
             start_time=scenario.start_time,
-            algorithm=algorithm or scenario.algorithm,
+            method=method,
             progress=progress,
         )
     record: dict[str, Any] = {"scenario": scenario.name, "variant": chosen.name if chosen else None}

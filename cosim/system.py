@@ -57,7 +57,7 @@ class System:
     Parameters
     ----------
     components : tuple of Component
-        In the order in which Gauss-Seidel steps them.
+        In the order of the record; where nothing else decides, they are stepped in it too.
     connections : tuple of Connection
         Each input is driven at most once.
     inputs : mapping of str to Signal

@@ -74,6 +74,14 @@ class TomlTable:
             raise ScenarioError(f"{self.path(key)} is {value!r}; expected an array")
         return cast(list[object], value)
 
+    def texts(self, key: str) -> tuple[str, ...]:
+        """Take an array of strings; none is an empty one."""
+        values = self.array(key)
+        for value in values:
+            if not isinstance(value, str):
+                raise ScenarioError(f"{self.path(key)} holds {value!r}; expected strings")
+        return tuple(map(str, values))
+
     def table(self, key: str, known: Collection[str] | None = None) -> TomlTable:
         """Take a table; none is an empty one."""
         return TomlTable(self._content.get(key, {}), self.path(key), known)

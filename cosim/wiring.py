@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -55,9 +55,14 @@ class Node:
 
 
 def wire(
-    system: System, slaves: Mapping[str, Slave], start_values: StartValues, grid: Grid, lag: Lag
+    system: System,
+    slaves: Mapping[str, Slave],
+    start_values: StartValues,
+    grid: Grid,
+    lag: Lag,
+    order: Sequence[str],
 ) -> tuple[Node, ...]:
-    """Lay out the recording and connect the components, in the order of the system.
+    """Lay out the recording and connect the components.
 
     Parameters
     ----------
@@ -71,6 +76,13 @@ def wire(
         Communication points.
     lag : callable
         An algorithm of `cosim.algorithms`.
+    order : sequence of str
+        Names of the components in stepping order.
+
+    Returns
+    -------
+    tuple of Node
+        In stepping order.
     """
     driven: dict[str, list[str]] = {name: [] for name in slaves}
     for target in [*system.inputs, *(connection.target for connection in system.connections)]:
@@ -84,15 +96,13 @@ def wire(
     for name in slaves:
         signals = {split_name(key)[1]: value for key, value in system.inputs.items() if split_name(key)[0] == name}
         blocks[name] = _fill_signals(blocks[name], slaves[name].description, signals, grid)
-    places = {component.name: place for place, component in enumerate(system.components)}
+    places = {name: place for place, name in enumerate(order)}
     links: dict[str, list[Link]] = {name: [] for name in slaves}
     for connection in system.connections:
         source, target = split_name(connection.source)[0], split_name(connection.target)[0]
         link = _link(connection.source, connection.target, slaves, blocks, lag(places[source], places[target]))
         links[target].append(link)
-    return tuple(
-        Node(part.name, slaves[part.name], blocks[part.name], tuple(links[part.name])) for part in system.components
-    )
+    return tuple(Node(name, slaves[name], blocks[name], tuple(links[name])) for name in order)
 
 
 def record_slopes(nodes: tuple[Node, ...], system: System, grid: Grid) -> None:

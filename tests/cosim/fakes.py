@@ -22,8 +22,9 @@ def describe(
     can_vary_step: bool = True,
     can_interpolate_inputs: bool = False,
     extra: Sequence[Variable] = (),
+    feedthrough: Mapping[str, Sequence[str]] | None = None,
 ) -> Description:
-    """Describe an FMU with Real inputs (and their start values) and Real outputs."""
+    """Describe an FMU with Real inputs (and their start values) and Real outputs, which by default feed through all."""
     units = units or {}
     names = [(name, "input", str(start)) for name, start in (inputs or {}).items()]
     names += [(name, "output", None) for name in outputs]
@@ -34,6 +35,7 @@ def describe(
     return Description(
         "Fake", "fake", "guid", (*variables, *extra), can_vary_step=can_vary_step,
         can_interpolate_inputs=can_interpolate_inputs,
+        feedthrough={name: frozenset(needs) for name, needs in (feedthrough or {}).items()},
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,14 @@ fmu = "probe.fmu"
 
 [inputs]
 "probe.u" = 2.0
+"""
+LOOP = """
+stop_time = 1.0
+step_size = 0.125
+connections = [{ from = "probe.u_seen", to = "probe.u" }]
+
+[components.probe]
+fmu = "loop.fmu"
 """
 VARIANTS = """
 [[variants]]
@@ -95,6 +104,17 @@ def test_the_manifest_says_how_to_repeat_the_run(folder: Path) -> None:
     assert variant["inputs"] == {"probe.u": {"kind": "constant", "value": 2.0}}
     assert set(variant["timings"]) == {"load", "initialise", "step"}
     assert {"fmpy", "numpy", "python", "drillstring-cosim"} <= set(manifest["versions"])
+
+
+def test_a_run_names_its_algebraic_loops(folder: Path, make_probe: Callable[..., Path]) -> None:
+    (folder / "looping.toml").write_text(LOOP)
+    make_probe("loop.fmu", replace={'<Unknown index="6" dependencies=""/>': '<Unknown index="6" dependencies="1"/>'})
+    result = run("run", "looping.toml")
+    assert result.exit_code == 0, result.output
+    loop = "probe.u -> probe.u_seen -> probe.u"
+    assert f"looping: algebraic loop {loop}: jacobi passes on values of the step before" in result.stdout
+    (variant,) = json.loads((folder / "runs" / "looping" / "manifest.json").read_text())["variants"]
+    assert variant["loops"] == [loop]
 
 
 def test_variants_get_a_folder_each(folder: Path) -> None:

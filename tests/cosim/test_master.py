@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cosim import Component, Connection, Constant, InputError, SlaveError, Step, System, co_simulate, ramp
+from cosim import Component, Connection, Constant, InputError, Method, SlaveError, Step, System, co_simulate, ramp
 from cosim.description import Variable
 from tests.cosim.fakes import FakeSlave, describe
 
@@ -50,15 +50,36 @@ def test_jacobi_passes_values_from_the_beginning_of_the_step() -> None:
 def test_gauss_seidel_passes_values_from_the_end_of_the_step_to_later_components() -> None:
     slaves = {"clock": clock(), "follower": delay_line()}
     coupled = system("clock", "follower", connections=CHAIN)
-    result = co_simulate(coupled, slaves, stop_time=1.0, step_size=0.125, algorithm="gauss-seidel")
+    result = co_simulate(coupled, slaves, stop_time=1.0, step_size=0.125, method=Method("gauss-seidel"))
     assert result["follower.y"].tolist() == result["clock.y"].tolist()
 
 
-def test_gauss_seidel_passes_values_from_the_beginning_to_earlier_components() -> None:
+def test_gauss_seidel_passes_values_from_the_beginning_to_earlier_components_of_a_given_order() -> None:
+    slaves = {"clock": clock(), "follower": delay_line()}
+    coupled = system("clock", "follower", connections=CHAIN)
+    method = Method("gauss-seidel", order=("follower", "clock"))
+    result = co_simulate(coupled, slaves, stop_time=1.0, step_size=0.125, method=method)
+    assert result["follower.y"][1:].tolist() == result["clock.y"][:-1].tolist()
+    assert result.record["order"] == ["follower", "clock"]
+    assert result.names == ("clock.y", "follower.y", "follower.u")
+
+
+def test_gauss_seidel_steps_by_default_what_is_depended_on_first() -> None:
     slaves = {"follower": delay_line(), "clock": clock()}
     coupled = system("follower", "clock", connections=CHAIN)
-    result = co_simulate(coupled, slaves, stop_time=1.0, step_size=0.125, algorithm="gauss-seidel")
-    assert result["follower.y"][1:].tolist() == result["clock.y"][:-1].tolist()
+    result = co_simulate(coupled, slaves, stop_time=1.0, step_size=0.125, method=Method("gauss-seidel"))
+    assert result["follower.y"].tolist() == result["clock.y"].tolist()
+
+
+def test_an_order_that_leaves_out_or_invents_a_component_is_refused() -> None:
+    slaves = {"clock": clock(), "follower": delay_line()}
+    coupled = system("clock", "follower", connections=CHAIN)
+    for order, message in [
+        (("clock",), "order is clock; expected each of clock, follower once"),
+        (("clock", "folower"), "order: there is no component 'folower'; did you mean 'follower'"),
+    ]:
+        with pytest.raises(InputError, match=message):
+            co_simulate(coupled, slaves, stop_time=1.0, step_size=0.5, method=Method("gauss-seidel", order))
 
 
 def test_jacobi_does_not_depend_on_the_order_of_components() -> None:
@@ -81,7 +102,7 @@ def test_no_output_is_read_between_setting_and_stepping() -> None:
     for algorithm in ("jacobi", "gauss-seidel"):
         journal.clear()
         coupled = system("first", "second", connections=connections)
-        co_simulate(coupled, slaves, stop_time=1.0, step_size=0.25, algorithm=algorithm)
+        co_simulate(coupled, slaves, stop_time=1.0, step_size=0.25, method=Method(algorithm))
         for name in slaves:
             calls = [call for slave, call in journal if slave == name]
             stepping = calls[calls.index("exit") + 1 :]
@@ -178,7 +199,7 @@ def test_a_value_that_is_not_finite_is_reported_with_its_time(caplog: pytest.Log
 
 def test_an_unknown_algorithm_is_refused_with_the_nearest() -> None:
     with pytest.raises(InputError, match="no algorithm 'gauss-seidl'; did you mean 'gauss-seidel'"):
-        co_simulate(system("clock"), {"clock": clock()}, stop_time=1.0, step_size=0.1, algorithm="gauss-seidl")
+        Method("gauss-seidl")
 
 
 def test_a_result_names_what_it_holds_and_cannot_be_changed() -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cosim import Component, Connection, Constant, InputError, Step, Table, load_scenario, scenario_names
+from cosim import Component, Connection, Constant, InputError, Method, Step, Table, load_scenario, scenario_names
 from cosim.errors import FmuFileError, ScenarioError, SystemDefinitionError
 from cosim.locate import locate_fmu
 
@@ -13,6 +13,7 @@ title = "A title"
 stop_time = 2
 step_size = 0.5
 algorithm = "gauss-seidel"
+order = ["law", "plant"]
 connections = [{ from = "plant.y", to = "law.u" }]
 
 [components.plant]
@@ -58,7 +59,8 @@ def test_a_file_becomes_plain_data(write) -> None:
     path = write(GOOD)
     scenario = load_scenario(path)
     assert scenario.name == "mine"
-    assert (scenario.stop_time, scenario.step_size, scenario.algorithm) == (2.0, 0.5, "gauss-seidel")
+    assert (scenario.stop_time, scenario.step_size) == (2.0, 0.5)
+    assert scenario.method == Method("gauss-seidel", ("law", "plant"))
     plant = Component("plant", "Plant", {"c_b": 1, "table": str(path.parent / "program.csv")})
     assert scenario.system.components == (plant, Component("law", "law.fmu"))
     assert scenario.system.connections == (Connection("plant.y", "law.u"),)
@@ -94,6 +96,8 @@ def test_a_file_becomes_plain_data(write) -> None:
         ('"c_b=1"', '"a/b"', "variant 'a/b': expected a name of letters"),
         ('{ "plant.c_b"', '{ "plent.c_b"', r"plent\.c_b: there is no component 'plent'"),
         ('to = "law.u"', 'to = "low.u"', r"low\.u: there is no component 'low'; did you mean 'law'"),
+        ('["law", "plant"]', '["law", 1]', "order holds 1; expected strings"),
+        ('"gauss-seidel"', '"gauss-seidl"', "there is no algorithm 'gauss-seidl'; did you mean 'gauss-seidel'"),
         ('["plant.y"]', '"plant.y"', r"figure\.signals is 'plant\.y'; expected an array"),
         ('file = "program.csv" }', 'file = "absent.csv" }', r"absent\.csv: there is no such file"),
         ("[components.law]", "[components.law", r"mine\.toml: cannot be read"),

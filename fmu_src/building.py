@@ -7,12 +7,13 @@ from pathlib import Path
 
 from fmu_src import native_build, packing, project
 from fmu_src.description import Packaging, model_description
-from fmu_src.header import table_header, table_source
+from fmu_src.header import table_header
 from fmu_src.native_build import Target
 from fmu_src.page import documentation_page
 from fmu_src.python_build import python_files
 from fmu_src.reference import reference_files
 from fmu_src.schema import Model
+from fmu_src.source_code import TABLE_HEADER, source_code
 
 
 def build(model: Model, packaging: Packaging, targets: Sequence[Target], output: Path) -> Path:
@@ -54,15 +55,17 @@ def build(model: Model, packaging: Packaging, targets: Sequence[Target], output:
 
 def _native(model: Model, targets: Sequence[Target], documents: dict[str, bytes]) -> dict[str, bytes]:
     # The identity is that of the sources and of how they are compiled: the libraries follow from them, and hold it.
-    sources = native_build.native_sources(model) | {"ds_table.c": table_source(model).encode()}
+    sources = source_code(model)
     identity = documents | sources | {"recipe": native_build.recipe(targets).encode()}
     guid = packing.guid(identity | {"description": model_description(model, Packaging.NATIVE, "")})
-    sources["ds_table.h"] = table_header(model, guid).encode()
+    sources[TABLE_HEADER] = table_header(model, guid).encode()
     libraries = {
         f"binaries/{target.folder}/{model.name}{target.extension}": native_build.compile_library(model, sources, target)
         for target in targets
     }
-    return documents | libraries | {"modelDescription.xml": model_description(model, Packaging.NATIVE, guid)}
+    shipped = {f"sources/{name}": content for name, content in sources.items()}
+    description = model_description(model, Packaging.NATIVE, guid)
+    return documents | libraries | shipped | {"modelDescription.xml": description}
 
 
 def _python(model: Model, documents: dict[str, bytes]) -> dict[str, bytes]:

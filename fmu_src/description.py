@@ -45,7 +45,9 @@ def model_description(model: Model, packaging: Packaging, guid: str) -> bytes:
             "variableNamingConvention": "flat",
         },
     )
-    SubElement(root, "CoSimulation", _capabilities(model, packaging))
+    simulation = SubElement(root, "CoSimulation", _capabilities(model, packaging))
+    if packaging is Packaging.NATIVE:
+        SubElement(SubElement(simulation, "SourceFiles"), "File", {"name": f"{model.name}.c"})
     _add_units(root, model)
     _add_types(root, model)
     categories = SubElement(root, "LogCategories")

@@ -26,6 +26,7 @@ def table_header(model: Model, guid: str) -> str:
 #define DS_TABLE_H
 
 #include "ds_interface.h"
+#include "ds_linkage.h"
 
 #define DS_MODEL {c_string(model.name)}
 #define DS_GUID {c_string(guid)}
@@ -39,8 +40,8 @@ enum {{
     {references}
 }};
 
-extern const ds_variable ds_variables[DS_VARIABLES];
-extern const char *const ds_log_categories[DS_LOG_CATEGORIES];
+DS_SHARED const ds_variable ds_variables[DS_VARIABLES];
+DS_SHARED const char *const ds_log_categories[DS_LOG_CATEGORIES];
 
 #endif
 """
@@ -57,11 +58,11 @@ def table_source(model: Model) -> str:
 
 #include <float.h>
 
-const ds_variable ds_variables[DS_VARIABLES] = {{
+DS_SHARED_DATA const ds_variable ds_variables[DS_VARIABLES] = {{
 {rows}
 }};
 
-const char *const ds_log_categories[DS_LOG_CATEGORIES] = {{
+DS_SHARED_DATA const char *const ds_log_categories[DS_LOG_CATEGORIES] = {{
 {categories}
 }};
 """

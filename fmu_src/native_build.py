@@ -23,10 +23,12 @@ from fmu_src.schema import Model
 NATIVE = project.SOURCES / "native"
 FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
 
-# No contraction to fused multiply-add and no -ffast-math: every platform must give the same bits.
+# No contraction to fused multiply-add and no -ffast-math: every platform must give the same bits. The functions of a
+# shared library have no prefix (FMI 2.0.4, section 2.1.1).
 FLAGS = (
     *("-shared", "-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fPIC", "-g0", "-s"),
     *("-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffunction-sections", "-fdata-sections"),
+    "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
 )
 
 
@@ -37,7 +39,7 @@ class Target:
     Attributes
     ----------
     folder : str
-        Folder below binaries/ in the FMU. FMI 2.0 names none for Arm; these are the ones in use.
+        Folder below binaries/ in the FMU (FMI 2.0.4, section 2.3; those for Arm are the platform tuples of FMI 3.0).
     triples : tuple of str
         Target triples of zig; more than one are joined into a universal library.
     extension : str
@@ -87,17 +89,6 @@ def recipe(targets: Sequence[Target]) -> str:
     return f"zig {metadata.version('ziglang')}\n{FLAGS}\n{tuple(targets)}\n"
 
 
-def native_sources(model: Model) -> dict[str, bytes]:
-    """Return the hand-written C files of a model by name: the core, the FMI adapter, and the model's own file."""
-    own = f"model_{model.name}.c"
-    paths = [path for pattern in ("ds_*.c", "fmi2*.c", "*.h", own) for path in sorted(NATIVE.glob(pattern))]
-    sources = {path.name: path.read_bytes() for path in paths}
-    for name in ("fmi2.c", own):
-        if name not in sources:
-            raise BuildError(f"{model.name}: {NATIVE / name} is missing; a native FMU cannot be built without it")
-    return sources
-
-
 def compile_library(model: Model, sources: dict[str, bytes], target: Target) -> bytes:
     """Return the shared library of a model for one target, the same bytes wherever it is built.
 
@@ -106,7 +97,7 @@ def compile_library(model: Model, sources: dict[str, bytes], target: Target) -> 
     model : Model
         Gives the library its name.
     sources : dict of str to bytes
-        All C files and headers by name, the generated table among them; the FMI headers are added.
+        All C files and headers by name. The one named after the model is compiled; the FMI headers are added.
 
     Raises
     ------
@@ -127,8 +118,8 @@ def _compile(model: Model, stage: Path, target: Target, triple: str) -> bytes:
     # Every path is relative to the stage, so that neither zig's cache nor the library depends on where it lies.
     library = f"{model.name}{target.extension}"
     flags = [flag.format(model=model.name) for flag in (*FLAGS, *target.flags)]
-    files = sorted(path.name for path in stage.glob("*.c"))
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", triple, *flags, "-I.", *files, "-o", library, "-lm"]
+    source = f"{model.name}.c"
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", triple, *flags, "-I.", source, "-o", library, "-lm"]
     run = subprocess.run(
         command, cwd=stage, env=_environment(), capture_output=True, text=True, errors="replace", check=False
     )

@@ -15,8 +15,6 @@
 #define NEWTON_STEPS 12    /* most Newton steps of a piece; two are usual */
 #define NEWTON_LIMIT 1e-7  /* rad/s, correction after which no further step is taken: the next would be its square */
 
-static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0.0};
-
 void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
 {
     const double coarseness = ds_clock_coarseness(clock);
@@ -31,9 +29,9 @@ void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
     bit->releases = 0;
     bit->arrived = 0;
     bit->slips = 0;
-    bit->arriving = NOTHING.wave;
-    bit->turning = NOTHING.wave;
-    bit->incoming = NOTHING;
+    bit->arriving = DS_NO_PIECE.wave;
+    bit->turning = DS_NO_PIECE.wave;
+    bit->incoming = DS_NO_PIECE;
     bit->speed = speed;
     bit->weight = 0.0;
     bit->weight_rise = 0.0;
@@ -92,7 +90,7 @@ static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const 
     g[0] = duration * g[0];
     *roughness = duration * fabs(jacobian[0]) / bit->greatest_stiffness;
     if (*roughness > 1.0) {
-        return NOTHING.wave;
+        return DS_NO_PIECE.wave;
     }
     if (start == 0.0 && g[0] * bit->direction < 0.0) {
         g[0] = 0.0; /* by rounding: at a release the friction is overcome */
@@ -197,7 +195,7 @@ static void rest(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
     if (bit->arrived) {
         bit->last_stop = ds_clock_time(clock, bit->cell, bit->begin);
     }
-    bit->turning = NOTHING.wave;
+    bit->turning = DS_NO_PIECE.wave;
     bit->releases = 0;
     if (x < 1.0) {
         shorten(bit, x, bit->begin + x * (bit->end - bit->begin));
@@ -247,7 +245,7 @@ void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_
     if (bit->end >= 1.0) {
         bit->cell += 1;
         bit->begin = 0.0;
-        bit->incoming = NOTHING;
+        bit->incoming = DS_NO_PIECE;
     }
 }
 

@@ -4,6 +4,7 @@
 
 #include "ds_clock.h"
 #include "ds_line.h"
+#include "ds_linkage.h"
 
 typedef struct {
     double twice_impedance; /* N m s/rad, 2 Z */
@@ -41,14 +42,15 @@ typedef struct {
     double last_release; /* s */
 } ds_bit;
 
-void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed);
-void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *down, const ds_piece *down_ring);
-void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring);
+DS_SHARED void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed);
+DS_SHARED void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *down,
+                           const ds_piece *down_ring);
+DS_SHARED void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring);
 /* end the piece at a fraction of the cell inside it; the caller then opens a new one */
-void ds_bit_cut(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, double fraction, ds_line *up,
-                ds_piece *up_ring);
-double ds_bit_torque(const ds_bit_law *law, const ds_bit *bit, double x);
-double ds_bit_power_integral(const ds_bit_law *law, const ds_bit *bit, double x);
-void ds_bit_extremes(const ds_bit *bit, double x0, double x1, double *least, double *greatest);
+DS_SHARED void ds_bit_cut(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, double fraction, ds_line *up,
+                          ds_piece *up_ring);
+DS_SHARED double ds_bit_torque(const ds_bit_law *law, const ds_bit *bit, double x);
+DS_SHARED double ds_bit_power_integral(const ds_bit_law *law, const ds_bit *bit, double x);
+DS_SHARED void ds_bit_extremes(const ds_bit *bit, double x0, double x1, double *least, double *greatest);
 
 #endif

@@ -3,6 +3,7 @@
 #ifndef DS_LINE_H
 #define DS_LINE_H
 
+#include "ds_linkage.h"
 #include "ds_quartic.h"
 
 typedef struct {
@@ -11,6 +12,8 @@ typedef struct {
     ds_quartic wave; /* rad/s, the wave between them */
     double square;   /* rad2/s2 cells, integral of its square */
 } ds_piece;
+
+static const ds_piece DS_NO_PIECE = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0.0};
 
 typedef struct {
     int capacity;         /* 1, pieces the ring can hold */
@@ -25,10 +28,10 @@ typedef struct {
     double folded_square; /* rad2/s2 cells, what the folds took from it */
 } ds_line;
 
-int ds_line_capacity(int cells);
-void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level, double coarseness);
+DS_SHARED int ds_line_capacity(int cells);
+DS_SHARED void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level, double coarseness);
 /* append a piece, whose `square` is computed here, or fold it into the last */
-void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece);
-ds_piece ds_line_pop(ds_line *line, const ds_piece *ring);
+DS_SHARED void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece);
+DS_SHARED ds_piece ds_line_pop(ds_line *line, const ds_piece *ring);
 
 #endif

@@ -8,6 +8,9 @@
 
 #include <stddef.h>
 
+#include "ds_linkage.h"
+#include "ds_table.h"
+
 #define DS_TEXT_SIZE 1024    /* bytes of a String variable, its end included */
 #define DS_MESSAGE_SIZE 512  /* bytes of a message, its end included */
 
@@ -28,21 +31,23 @@ typedef struct {
 } ds_journal;
 
 /* bytes of `memory` with these parameters; 0 with a reason if it cannot be had */
-size_t ds_model_size(const double value[], const ds_text text[], ds_journal *journal);
+DS_SHARED size_t ds_model_size(const double value[], const ds_text text[], ds_journal *journal);
 
 /* conditions between several variables; DS_DISCARD with a reason if one does not hold */
-ds_result ds_model_check(const double value[], ds_journal *journal);
+DS_SHARED ds_result ds_model_check(const double value[], ds_journal *journal);
 
 /* initialise `memory`, which has `size` bytes, at a time from parameters and inputs; writes the outputs to `value` */
-ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
-                         ds_journal *journal);
+DS_SHARED ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
+                                   ds_journal *journal);
 
 /* go from `time` to `end` with inputs value[i] + slope[i] (t - time); writes the outputs to `value`.
  * With DS_DISCARD nothing has changed. */
-ds_result ds_model_step(void *memory, double value[], const double slope[], double time, double end,
-                        ds_journal *journal);
+DS_SHARED ds_result ds_model_step(void *memory, double value[], const double slope[], double time, double end,
+                                  ds_journal *journal);
 
-/* first derivative of an output at the present time; needed only if DS_OUTPUT_DERIVATIVE_ORDER is 1 */
-double ds_model_output_derivative(const void *memory, const double value[], double time, int variable);
+#if DS_OUTPUT_DERIVATIVE_ORDER > 0
+/* first derivative of an output at the present time */
+DS_SHARED double ds_model_output_derivative(const void *memory, const double value[], double time, int variable);
+#endif
 
 #endif

@@ -9,6 +9,7 @@
 #include "ds_bit.h"
 #include "ds_clock.h"
 #include "ds_line.h"
+#include "ds_linkage.h"
 #include "ds_top.h"
 
 typedef struct {
@@ -55,16 +56,17 @@ typedef struct {
 } ds_neutral_outputs;
 
 /* cells in one travel time: as requested, at least 4; for 0 one that keeps a cell at most 0.5 ms */
-int ds_neutral_cells(const ds_parameters *parameters, int requested);
+DS_SHARED int ds_neutral_cells(const ds_parameters *parameters, int requested);
 /* bytes of the state */
-size_t ds_neutral_state_size(int cells);
-void ds_neutral_build(ds_neutral *model, const ds_parameters *parameters, int cells, double start);
-void ds_neutral_start(const ds_neutral *model, ds_neutral_state *state, double initial_speed, double initial_torque,
-                      double omega, double weight);
-void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, double omega, double weight,
-                           double omega_slope, double weight_slope);
-void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state *state, const ds_parameters *parameters);
-void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time);
-void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_outputs *outputs);
+DS_SHARED size_t ds_neutral_state_size(int cells);
+DS_SHARED void ds_neutral_build(ds_neutral *model, const ds_parameters *parameters, int cells, double start);
+DS_SHARED void ds_neutral_start(const ds_neutral *model, ds_neutral_state *state, double initial_speed,
+                                double initial_torque, double omega, double weight);
+DS_SHARED void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, double omega, double weight,
+                                     double omega_slope, double weight_slope);
+DS_SHARED void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state *state,
+                                       const ds_parameters *parameters);
+DS_SHARED void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time);
+DS_SHARED void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_outputs *outputs);
 
 #endif

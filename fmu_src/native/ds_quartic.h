@@ -3,6 +3,8 @@
 #ifndef DS_QUARTIC_H
 #define DS_QUARTIC_H
 
+#include "ds_linkage.h"
+
 #define DS_THIRD 0.3333333333333333
 #define DS_SIXTH 0.16666666666666666
 #define DS_SEVENTH 0.14285714285714285
@@ -58,19 +60,19 @@ static inline ds_quartic ds_quartic_subtract(ds_quartic a, ds_quartic b)
 }
 
 /* integral of a b from 0 to x, exact but for rounding */
-double ds_quartic_product_integral(ds_quartic a, ds_quartic b, double x);
+DS_SHARED double ds_quartic_product_integral(ds_quartic a, ds_quartic b, double x);
 
 /* integral of the square from 0 to 1, exact but for rounding */
-double ds_quartic_square_integral(ds_quartic c);
+DS_SHARED double ds_quartic_square_integral(ds_quartic c);
 
 /* least and greatest value on [x0, x1] */
-void ds_quartic_extremes(ds_quartic c, double x0, double x1, double *least, double *greatest);
+DS_SHARED void ds_quartic_extremes(ds_quartic c, double x0, double x1, double *least, double *greatest);
 
 /* first x in [0, 1] from which the quartic is positive, DS_NONE if there is none */
-double ds_quartic_first_positive(ds_quartic c);
+DS_SHARED double ds_quartic_first_positive(ds_quartic c);
 
 /* the quartic on [0, 1] with the first four moments of a on [0, u] and b on [u, 1]; *difference: how much they differ */
-ds_quartic ds_quartic_merge(ds_quartic a, ds_quartic b, double u, double *difference);
+DS_SHARED ds_quartic ds_quartic_merge(ds_quartic a, ds_quartic b, double u, double *difference);
 
 /* the least-squares cubic on [0, 1]: the quartic less its share of the fourth Legendre polynomial */
 static inline ds_quartic ds_quartic_flatten(ds_quartic c)

@@ -1,15 +1,13 @@
 #include "ds_top.h"
 
-static const ds_piece NOTHING = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0.0};
-
 void ds_top_start(ds_top *top, double angle)
 {
     top->cell = 0;
     top->begin = 0.0;
     top->end = 0.0;
-    top->arriving = NOTHING.wave;
-    top->leaving = NOTHING.wave;
-    top->incoming = NOTHING;
+    top->arriving = DS_NO_PIECE.wave;
+    top->leaving = DS_NO_PIECE.wave;
+    top->incoming = DS_NO_PIECE;
     top->angle = angle;
     top->work = 0.0;
 }
@@ -44,7 +42,7 @@ void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_
     if (top->end >= 1.0) {
         top->cell += 1;
         top->begin = 0.0;
-        top->incoming = NOTHING;
+        top->incoming = DS_NO_PIECE;
     }
 }
 

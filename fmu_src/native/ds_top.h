@@ -4,6 +4,7 @@
 
 #include "ds_clock.h"
 #include "ds_line.h"
+#include "ds_linkage.h"
 
 typedef struct {
     double reflection;   /* 1, Upsilon */
@@ -23,14 +24,16 @@ typedef struct {
     double work;       /* J, work of the drive on the string up to `begin` */
 } ds_top;
 
-void ds_top_start(ds_top *top, double angle);
-void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *up, const ds_piece *up_ring);
-void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *down, ds_piece *down_ring);
+DS_SHARED void ds_top_start(ds_top *top, double angle);
+DS_SHARED void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *up,
+                           const ds_piece *up_ring);
+DS_SHARED void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *down,
+                            ds_piece *down_ring);
 /* begin a new piece at a fraction inside this one; the caller then opens it */
-void ds_top_cut(const ds_top_law *law, const ds_clock *clock, ds_top *top, double fraction, ds_line *down,
-                ds_piece *down_ring);
-ds_quartic ds_top_speed(const ds_top *top);
-double ds_top_torque(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
-double ds_top_power_integral(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
+DS_SHARED void ds_top_cut(const ds_top_law *law, const ds_clock *clock, ds_top *top, double fraction, ds_line *down,
+                          ds_piece *down_ring);
+DS_SHARED ds_quartic ds_top_speed(const ds_top *top);
+DS_SHARED double ds_top_torque(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
+DS_SHARED double ds_top_power_integral(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
 
 #endif

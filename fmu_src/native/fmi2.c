@@ -10,7 +10,7 @@
 #include "fmi2_instance.h"
 
 #define ANY_PHASE (PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP | PHASE_TERMINATED)
-#define BLANKS " \t\r\n\v\f"
+#define WHITE_SPACE " \t\r\n\v\f"
 
 const char *fmi2GetTypesPlatform(void)
 {
@@ -36,7 +36,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 {
     (void)resources;
     (void)visible;
-    if (name == NULL || name[strspn(name, BLANKS)] == '\0') {
+    if (name == NULL || name[strspn(name, WHITE_SPACE)] == '\0') {
         return refuse(functions, "?", "fmi2Instantiate needs an instance name");
     }
     if (functions == NULL) {

@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "ds_linkage.h"
 #include "ds_model.h"
 #include "ds_table.h"
 #include "fmi2FunctionTypes.h"
@@ -40,13 +41,13 @@ typedef struct {
 enum { LOG_EVENTS, LOG_WARNING, LOG_DISCARD, LOG_ERROR, LOG_ALL };
 
 /* switch a category of messages on or off, LOG_ALL all of them */
-void ds_switch_logging(ds_instance *instance, int category, int on);
+DS_SHARED void ds_switch_logging(ds_instance *instance, int category, int on);
 /* log a message with a status and give the status back; errors are logged whatever is switched off */
-fmi2Status ds_tell(const ds_instance *instance, fmi2Status status, int category, const char *format, ...);
-void ds_instance_defaults(ds_instance *instance);
+DS_SHARED fmi2Status ds_tell(const ds_instance *instance, fmi2Status status, int category, const char *format, ...);
+DS_SHARED void ds_instance_defaults(ds_instance *instance);
 /* whether a call is legal in the present phase; says so if not */
-int ds_legal(const ds_instance *instance, const char *call, int phases);
+DS_SHARED int ds_legal(const ds_instance *instance, const char *call, int phases);
 /* start the model if parameters or inputs have changed since; for the initialization mode */
-fmi2Status ds_refresh(ds_instance *instance);
+DS_SHARED fmi2Status ds_refresh(ds_instance *instance);
 
 #endif

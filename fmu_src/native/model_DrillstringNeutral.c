@@ -9,10 +9,12 @@
 
 #define MOST_CELLS_RUN 4503599627370496.0 /* 2^52: up to here a cell number and a fraction of the cell fit a double */
 
-typedef struct {
-    ds_neutral model;
-    ds_neutral_state state;
-} block;
+/* The memory holds the model and behind it the state, which ends in an array and so can be no member of a struct. */
+static ds_neutral_state *state_of(ds_neutral *model)
+{
+    void *const behind = model + 1;
+    return behind;
+}
 
 static ds_parameters parameters_of(const double value[])
 {
@@ -34,7 +36,7 @@ size_t ds_model_size(const double value[], const ds_text text[], ds_journal *jou
                  cells);
         return 0;
     }
-    return offsetof(block, state) + ds_neutral_state_size(ds_neutral_cells(&p, (int)value[DS_cells]));
+    return sizeof(ds_neutral) + ds_neutral_state_size(ds_neutral_cells(&p, (int)value[DS_cells]));
 }
 
 ds_result ds_model_check(const double value[], ds_journal *journal)
@@ -42,10 +44,10 @@ ds_result ds_model_check(const double value[], ds_journal *journal)
     return ds_at_least("mu_sb", value[DS_mu_sb], "mu_cb", value[DS_mu_cb], journal);
 }
 
-static void write_outputs(const block *plant, double value[])
+static void write_outputs(const ds_neutral *model, const ds_neutral_state *state, double value[])
 {
     ds_neutral_outputs o;
-    ds_neutral_read(&plant->model, &plant->state, &o);
+    ds_neutral_read(model, state, &o);
     value[DS_bit_speed] = o.bit_speed;
     value[DS_top_speed] = o.top_speed;
     value[DS_bit_torque] = o.bit_torque;
@@ -106,15 +108,15 @@ static void tell_events(const double value[], const history *before, double end,
 ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
                          ds_journal *journal)
 {
-    block *const plant = memory;
+    ds_neutral *const model = memory;
+    ds_neutral_state *const state = state_of(model);
     const ds_parameters p = parameters_of(value);
     const history before = {value[DS_slip_count], time, 0.0}; /* a start may be repeated */
     (void)size;
     (void)text;
-    ds_neutral_build(&plant->model, &p, (int)value[DS_cells], time);
-    ds_neutral_start(&plant->model, &plant->state, value[DS_initial_speed], value[DS_initial_torque], value[DS_Omega],
-                     value[DS_WOB]);
-    write_outputs(plant, value);
+    ds_neutral_build(model, &p, (int)value[DS_cells], time);
+    ds_neutral_start(model, state, value[DS_initial_speed], value[DS_initial_torque], value[DS_Omega], value[DS_WOB]);
+    write_outputs(model, state, value);
     tell_events(value, &before, time, journal);
     return DS_OK;
 }
@@ -122,25 +124,25 @@ ds_result ds_model_start(void *memory, size_t size, double value[], const ds_tex
 ds_result ds_model_step(void *memory, double value[], const double slope[], double time, double end,
                         ds_journal *journal)
 {
-    block *const plant = memory;
+    ds_neutral *const model = memory;
+    ds_neutral_state *const state = state_of(model);
     const history before = {value[DS_slip_count], value[DS_last_stop_time], value[DS_breaks_folded]};
     (void)time;
-    if ((end - plant->model.clock.start) / plant->model.clock.cell > MOST_CELLS_RUN) {
+    if ((end - model->clock.start) / model->clock.cell > MOST_CELLS_RUN) {
         snprintf(journal->reason, sizeof journal->reason,
                  "the step ends at %.9g s; expected at most %.9g s, as far as cells of %.3g s can be counted", end,
-                 plant->model.clock.start + MOST_CELLS_RUN * plant->model.clock.cell, plant->model.clock.cell);
+                 model->clock.start + MOST_CELLS_RUN * model->clock.cell, model->clock.cell);
         return DS_DISCARD;
     }
     const ds_parameters p = parameters_of(value);
-    const ds_parameters *const old = &plant->model.parameters;
+    const ds_parameters *const old = &model->parameters;
     if (p.c_b != old->c_b || p.mu_cb != old->mu_cb || p.mu_sb != old->mu_sb || p.gamma_b != old->gamma_b) {
-        ds_neutral_set_friction(&plant->model, &plant->state, &p);
-        plant->model.parameters = p;
+        ds_neutral_set_friction(model, state, &p);
+        model->parameters = p;
     }
-    ds_neutral_set_inputs(&plant->model, &plant->state, value[DS_Omega], value[DS_WOB], slope[DS_Omega],
-                          slope[DS_WOB]);
-    ds_neutral_advance(&plant->model, &plant->state, end);
-    write_outputs(plant, value);
+    ds_neutral_set_inputs(model, state, value[DS_Omega], value[DS_WOB], slope[DS_Omega], slope[DS_WOB]);
+    ds_neutral_advance(model, state, end);
+    write_outputs(model, state, value);
     tell_events(value, &before, end, journal);
     return DS_OK;
 }

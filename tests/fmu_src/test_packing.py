@@ -11,7 +11,6 @@ import pytest
 from fmu_src import native_build, packing
 from fmu_src.description import Packaging, model_description
 from fmu_src.errors import BuildError
-from fmu_src.header import table_header, table_source
 from fmu_src.schema import Model
 from tests.fmu_src.gauge import GAUGE
 
@@ -66,11 +65,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 
 
 def test_code_that_does_not_compile_shows_the_messages_of_the_compiler() -> None:
-    sources = {path.name: path.read_bytes() for path in native_build.NATIVE.glob("ds_interface.h")} | {
-        "ds_table.c": table_source(GAUGE).encode(),
-        "ds_table.h": table_header(GAUGE, "{guid}").encode(),
-        "broken.c": b"int unused(void) { return 1.5 }\n",
-    }
+    sources = {"Gauge.c": b'#include "broken.c"\n', "broken.c": b"int unused(void) { return 1.5 }\n"}
     with pytest.raises(BuildError, match=r"(?s)Gauge: the C code does not compile for .*broken.c:1:.*error:"):
         native_build.compile_library(GAUGE, sources, native_build.host_target())
 

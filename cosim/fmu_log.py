@@ -64,6 +64,10 @@ class Journal:
         messages = (heading.sub("", " ".join(message.split()), count=1) for message in self._failures)
         return "; ".join(dict.fromkeys(messages))
 
+    def forget(self) -> None:
+        """Drop what was said about failures; the calls that failed have been undone."""
+        self._failures.clear()
+
     def close(self) -> None:
         """Receive no more."""
         _journals.pop(self._key, None)

@@ -22,7 +22,8 @@ from cosim.description import Description, Variable
 from cosim.errors import RunError, SlaveError
 from cosim.fmu_library import loaded_fmu
 from cosim.fmu_log import Journal
-from cosim.record import BASE_TYPES, Block, Section, base_type
+from cosim.fmu_state import KeptStates
+from cosim.record import BASE_TYPES, Block, Section, Slopes, base_type
 from cosim.signals import Value
 
 _STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
@@ -53,8 +54,6 @@ class FmuSlave:
         Of the FMU.
     fmu : fmpy.fmi2.FMU2Slave
         Loaded, not instantiated.
-    rolls_back : bool
-        Whether the master may restore an earlier state; an FMU that knows it will not can forget the past sooner.
 
     Raises
     ------
@@ -62,12 +61,12 @@ class FmuSlave:
         If the FMU cannot be instantiated.
     """
 
-    def __init__(self, name: str, description: Description, fmu: Any, *, rolls_back: bool = False) -> None:
+    def __init__(self, name: str, description: Description, fmu: Any) -> None:
         self.name = name
         self._description = description
         self._fmu = fmu
         self._journal = Journal(name)
-        self._no_rollback = c_int(not rolls_back)
+        self._no_rollback = c_int(True)
         self._time = 0.0
         self._worst = 0
         self._started = False
@@ -75,6 +74,9 @@ class FmuSlave:
         self._reads: tuple[_Exchange, ...] = ()
         self._writes: tuple[_Exchange, ...] = ()
         self._slopes: tuple[Any, ...] | None = None
+        self._output_slopes: tuple[Any, ...] | None = None
+        self._states: KeptStates | None = None
+        self._times: dict[int, float] = {}
         self._instantiate()
         self._instance = c_void_p(fmu.component)
         self._do_step = self._bind("fmi2DoStep", (c_void_p, c_double, c_double, c_int))
@@ -103,7 +105,8 @@ class FmuSlave:
             for kind in BASE_TYPES
             if block.inputs[kind].driven
         )
-        self._slopes = self._bind_slopes(block)
+        self._slopes = self._bind_slopes("fmi2SetRealInputDerivatives", block.slopes)
+        self._output_slopes = self._bind_slopes("fmi2GetRealOutputDerivatives", block.output_slopes)
 
     def enter_initialization(self) -> None:
         """Enter initialization mode."""
@@ -121,10 +124,7 @@ class FmuSlave:
             if status:
                 self._judge(call.name, status)
         if self._slopes is not None and row:
-            function, references, count, orders, base, stride = self._slopes
-            status = function(self._instance, references, count, orders, base + row * stride)
-            if status:
-                self._judge("fmi2SetRealInputDerivatives", status)
+            self._exchange_slopes("fmi2SetRealInputDerivatives", self._slopes, row)
 
     def step(self, time: float, size: float) -> None:
         """Do one step from the communication point `time` [s] of the communication step size `size` [s]."""
@@ -141,6 +141,25 @@ class FmuSlave:
             if status:
                 self._judge(call.name, status)
 
+        if self._output_slopes is not None and self._started:
+            self._exchange_slopes("fmi2GetRealOutputDerivatives", self._output_slopes, row)
+
+    def save(self, slot: int) -> None:
+        """Keep the present state under a number; from then on the FMU is told that it may have to go back."""
+        if self._states is None:
+            self._states = KeptStates(self._instance, self._bind, self._judge)
+            self._no_rollback = c_int(False)
+        self._states.save(slot)
+        self._times[slot] = self._time
+
+    def restore(self, slot: int) -> None:
+        """Return to the state that was kept under a number, as if nothing had happened since."""
+        if self._states is None:
+            raise KeyError(slot)
+        self._states.restore(slot)
+        self._time = self._times[slot]
+        self._journal.forget()
+
     def terminate(self) -> None:
         """Terminate the run."""
         self._started = False
@@ -155,6 +174,8 @@ class FmuSlave:
             self._journal.logger.warning("%s", error)
         finally:
             if self._worst != _FATAL:
+                if self._states is not None:
+                    self._states.free()
                 self._fmu.fmi2FreeInstance(self._fmu.component)
             self._journal.close()
 
@@ -187,15 +208,21 @@ class FmuSlave:
             values.strides[0],
         )
 
-    def _bind_slopes(self, block: Block) -> tuple[Any, ...] | None:
-        """Bind fmi2SetRealInputDerivatives, if any input comes with a slope."""
-        slopes = block.slopes
+    def _bind_slopes(self, name: str, slopes: Slopes | None) -> tuple[Any, ...] | None:
+        """Bind the setter or getter of derivatives, if there are any."""
         if slopes is None:
             return None
-        function = self._bind("fmi2SetRealInputDerivatives", (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p))
+        function = self._bind(name, (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p))
         references, orders = self._address(slopes.references), self._address(slopes.orders)
         base, stride = self._address(slopes.values).value, slopes.values.strides[0]
         return function, references, c_size_t(slopes.references.size), orders, base, stride
+
+    def _exchange_slopes(self, name: str, bound: tuple[Any, ...], row: int) -> None:
+        """Set or get the derivatives in a row."""
+        function, references, count, orders, base, stride = bound
+        status = function(self._instance, references, count, orders, base + row * stride)
+        if status:
+            self._judge(name, status)
 
     def _address(self, array: NDArray[np.generic]) -> c_void_p:
         """Return where an array's data begin, and keep the array alive."""
@@ -229,7 +256,7 @@ class FmuSlave:
 
 
 @contextmanager
-def open_fmu(name: str, path: Path, description: Description, *, rolls_back: bool = False) -> Generator[FmuSlave]:
+def open_fmu(name: str, path: Path, description: Description) -> Generator[FmuSlave]:
     """Unpack, load and instantiate an FMU, and free, unload and remove it afterwards, whatever happens.
 
     Parameters
@@ -240,8 +267,6 @@ def open_fmu(name: str, path: Path, description: Description, *, rolls_back: boo
         The .fmu file.
     description : Description
         What `cosim.description.read_description` read from it.
-    rolls_back : bool
-        Whether the master may restore an earlier state of it.
 
     Raises
     ------
@@ -251,7 +276,7 @@ def open_fmu(name: str, path: Path, description: Description, *, rolls_back: boo
         If the FMU cannot be instantiated.
     """
     with loaded_fmu(name, path, description) as fmu:
-        slave = FmuSlave(name, description, fmu, rolls_back=rolls_back)
+        slave = FmuSlave(name, description, fmu)
         try:
             yield slave
         finally:

@@ -51,20 +51,36 @@ class Section:
 
 @dataclass(frozen=True)
 class Slopes:
-    """First derivatives of inputs, passed before each step; `values` is [unit/s], of shape (rows, inputs)."""
+    """First derivatives of inputs or outputs; `values` is [unit/s], of shape (rows, variables)."""
 
     references: NDArray[np.uint32]
     orders: NDArray[np.int32]
     values: FloatArray
 
+    def column(self, reference: int) -> int | None:
+        """Return the index of the column of a value reference, if it has one."""
+        found = np.flatnonzero(self.references == reference)
+        return int(found[0]) if found.size else None
+
 
 @dataclass(frozen=True)
 class Block:
-    """One component's share of the recording."""
+    """One component's share of the recording.
+
+    Attributes
+    ----------
+    inputs, outputs : mapping of str to Section
+        By base type.
+    slopes : Slopes, optional
+        Derivatives of inputs, passed before each step.
+    output_slopes : Slopes, optional
+        Derivatives of outputs, read after each step.
+    """
 
     inputs: Mapping[BaseType, Section]
     outputs: Mapping[BaseType, Section]
     slopes: Slopes | None = None
+    output_slopes: Slopes | None = None
 
 
 def base_type(variable: Variable) -> BaseType:
@@ -109,6 +125,14 @@ def allocate_block(
         for index, variable in enumerate(section.variables[section.driven :], section.driven):
             section.values[:, index] = _start(variable, start_values)
     return block
+
+
+def allocate_slopes(references: Sequence[int], rows: int) -> Slopes | None:
+    """Lay out first derivatives, all zero, of the variables with these value references; nothing if there are none."""
+    if not references:
+        return None
+    count = len(references)
+    return Slopes(np.array(references, dtype=np.uint32), np.ones(count, dtype=np.int32), np.zeros((rows, count)))
 
 
 def _allocate(variables: Sequence[Variable], kind: BaseType, driven: Sequence[str], rows: int) -> Section:

@@ -43,7 +43,18 @@ class Slave(Protocol):
         ...
 
     def read(self, row: int) -> None:
-        """Put the outputs into a row of the block."""
+        """Put the outputs into a row of the block and, once initialised, their derivatives where there is room."""
+        ...
+
+    def save(self, slot: int) -> None:
+        """Keep the present state under a number, in place of what was kept there.
+
+        Only a slave whose description says `can_save_state` is asked for it.
+        """
+        ...
+
+    def restore(self, slot: int) -> None:
+        """Return to the state that was kept under a number; inputs and their slopes are then to be written again."""
         ...
 
     def terminate(self) -> None:

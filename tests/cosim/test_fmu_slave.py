@@ -14,6 +14,8 @@ import pytest
 from cosim import Component, Connection, Constant, Scenario, SlaveError, Step, System, ramp, simulate
 from cosim.description import read_description
 from cosim.errors import FmuFileError, RunError, SystemDefinitionError
+from cosim.fmu_slave import open_fmu
+from cosim.record import allocate_block
 
 pytestmark = pytest.mark.usefixtures("no_leftovers")
 
@@ -100,6 +102,64 @@ def test_an_interrupt_leaves_nothing_behind(probe: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         simulate(scenario(probe), progress=interrupt)
+
+
+@pytest.fixture
+def slave(probe: Path):
+    """A probe at t = 0 whose input u is driven, with room for three rows."""
+    description = read_description(probe)
+    with open_fmu("probe", probe, description) as slave:
+        block = allocate_block(description, ["u"], {}, 3)
+        slave.setup(block, {}, 0.0, 1.0)
+        slave.enter_initialization()
+        slave.exit_initialization()
+        block.inputs["Real"].values[1:, 0] = 2.0, 4.0
+        yield slave, block.outputs["Real"].values[:, 0]
+
+
+def test_a_step_from_a_restored_state_repeats_the_same_bits(slave) -> None:
+    probe, integral = slave
+    found: list[float] = []
+    probe.save(0)
+    for row in (1, 2, 1):
+        probe.write(row)
+        probe.step(0.0, 0.1)
+        probe.read(row)
+        found.append(float(integral[row]))
+        probe.restore(0)
+    assert found == [0.1 * 2.0, 0.1 * 4.0, 0.1 * 2.0]
+
+
+def test_states_under_different_numbers_keep_apart(slave) -> None:
+    probe, integral = slave
+    probe.save(0)
+    probe.write(1)
+    probe.step(0.0, 0.1)
+    probe.save(1)
+    probe.step(0.1, 0.1)
+    probe.restore(1)
+    probe.read(2)
+    assert integral[2] == 0.1 * 2.0
+    probe.restore(0)
+    probe.read(2)
+    assert integral[2] == 0.0
+
+
+def test_failures_that_were_undone_are_not_told_again(make_probe: Callable[..., Path]) -> None:
+    path = make_probe()
+    description = read_description(path)
+    values = {description.by_name["fail_at"]: 0.05}
+    with open_fmu("probe", path, description) as probe:
+        probe.setup(allocate_block(description, [], values, 1), values, 0.0, 1.0)
+        probe.enter_initialization()
+        probe.exit_initialization()
+        probe.step(0.0, 0.1)
+        probe.save(0)
+        with pytest.raises(SlaveError, match=r"the probe gave up at 0\.1 s$"):
+            probe.step(0.1, 0.1)
+        probe.restore(0)
+        with pytest.raises(SlaveError, match=r"fmi2Discard: the probe gave up at 0\.2 s$"):
+            probe.step(0.2, 0.1)
 
 
 def test_two_components_of_one_fmu_keep_apart(probe: Path) -> None:

@@ -14,6 +14,8 @@ typedef struct {
     int integer[INTEGERS];
     int flag;
     char text[64];
+    double time;
+    int promised; /* not to go back */
 } Probe;
 
 #define SELF Probe *self = (Probe *)c
@@ -44,7 +46,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 }
 void fmi2FreeInstance(fmi2Component c) { free(c); }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real d, fmi2Boolean e, fmi2Real f) {
-    (void)c; (void)a; (void)b; (void)d; (void)e; (void)f; return fmi2OK;
+    SELF; (void)a; (void)b; (void)e; (void)f;
+    self->time = d;
+    return fmi2OK;
 }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
@@ -113,7 +117,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     return fmi2OK;
 }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_rollback) {
-    SELF; (void)no_rollback;
+    SELF;
     if (t >= self->real[VR_FAIL_AT]) {
         fmi2Status status = (fmi2Status)self->real[VR_FAIL_STATUS];
         say(self, status, "the probe gave up at %g s", t);
@@ -123,13 +127,35 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_ro
     self->real[VR_INTEGRAL] += self->real[VR_GAIN] * h * (self->real[VR_U] + 0.5 * h * self->u_dot);
     self->real[VR_U_SEEN] = self->real[VR_U] + h * self->u_dot;
     self->integer[VR_N_NEXT] = self->integer[VR_N] + self->integer[VR_MODE];
+    self->time = t + h;
+    self->promised = no_rollback;
+    return fmi2OK;
+}
+
+/* Remembers what it was promised, and holds the master to it. */
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
+    SELF;
+    if (*s == NULL) *s = malloc(sizeof(Probe));
+    memcpy(*s, self, sizeof(Probe));
+    return fmi2OK;
+}
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
+    SELF;
+    if (self->promised && ((Probe *)s)->time < self->time) {
+        say(self, fmi2Error, "it was promised not to go back to %g s", ((Probe *)s)->time);
+        return fmi2Error;
+    }
+    memcpy(self, s, sizeof(Probe));
+    return fmi2OK;
+}
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {
+    (void)c;
+    free(*s);
+    *s = NULL;
     return fmi2OK;
 }
 
 #define UNUSED(name, ...) fmi2Status name(__VA_ARGS__) { return fmi2Error; }
-UNUSED(fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *s)
-UNUSED(fmi2SetFMUstate, fmi2Component c, fmi2FMUstate s)
-UNUSED(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
 UNUSED(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
 UNUSED(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
 UNUSED(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)

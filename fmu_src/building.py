@@ -14,6 +14,7 @@ from fmu_src.python_build import python_files
 from fmu_src.reference import reference_files
 from fmu_src.schema import Model
 from fmu_src.source_code import TABLE_HEADER, source_code
+from fmu_src.terminals import appearance
 
 
 def build(model: Model, packaging: Packaging, targets: Sequence[Target], output: Path) -> Path:
@@ -43,6 +44,7 @@ def build(model: Model, packaging: Packaging, targets: Sequence[Target], output:
     documents = {
         "documentation/index.html": documentation_page(model, packaging),
         "documentation/licenses/license.txt": project.license_text().encode("utf-8"),
+        **appearance(model),
         **reference_files(model),
     }
     files = _native(model, targets, documents) if packaging is Packaging.NATIVE else _python(model, documents)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import pi
 
 from fmu_src import equations
-from fmu_src.schema import DisplayUnit, Model, Unit, Value, Variability, Variable
+from fmu_src.schema import DisplayUnit, Model, Terminal, Unit, Value, Variability, Variable
 
 UNITS: tuple[Unit, ...] = (
     Unit("1"),
@@ -85,6 +85,18 @@ def _count(name: str, text: str, equation: str, initially: tuple[str, ...] = ())
     return Variable(name, "output", text, "Integer", "discrete", equation=equation, initial_dependencies=initially)
 
 
+def _drive(*members: str) -> Terminal:
+    return Terminal("drive", "The speed asked of the rotary drive, and what its law goes by", members, "11 106 127")
+
+
+def _weight(*members: str) -> Terminal:
+    return Terminal("weight", "The weight on bit, and what its law goes by", members, "217 119 43")
+
+
+def _references(*members: str) -> Terminal:
+    return Terminal("references", "The rotation the laws are to bring about", members, "91 104 117")
+
+
 _R_B = _parameter("R_b", "m", 0.155575, 1e-4, 10.0, "Bit radius", "Eq. (3)")
 _C_A = _parameter("c_a", "N.m.s/rad", 2000.0, 1e-3, 1e9, "Damping of the sliding top end", "Eq. (2)")
 _FRICTION = (
@@ -147,6 +159,7 @@ DRILLSTRING_NEUTRAL = Model(
     log_categories=LOG_CATEGORIES,
     equations=equations.PLANT_EQUATIONS,
     limits=equations.PLANT_LIMITS,
+    terminals=(_drive("Omega", "top_speed", "bit_speed", "top_torque"), _weight("WOB", "bit_speed")),
 )  # fmt: skip
 
 _LAW_INPUTS = ("top_speed", "bit_speed", "bit_speed_ref", "bit_torque_ref")
@@ -178,6 +191,7 @@ DISSIPATIVE_LAW = Model(
     log_categories=LOG_CATEGORIES,
     equations=equations.DISSIPATIVE_LAW_EQUATIONS,
     limits=equations.DISSIPATIVE_LAW_LIMITS,
+    terminals=(_drive("Omega", "top_speed", "bit_speed"), _references("bit_speed_ref", "bit_torque_ref")),
 )  # fmt: skip
 
 WEIGHT_ON_BIT_LAW = Model(
@@ -193,6 +207,7 @@ WEIGHT_ON_BIT_LAW = Model(
     log_categories=LOG_CATEGORIES,
     equations=equations.WEIGHT_ON_BIT_LAW_EQUATIONS,
     limits=equations.WEIGHT_ON_BIT_LAW_LIMITS,
+    terminals=(_weight("WOB", "bit_speed"),),
 )  # fmt: skip
 
 
@@ -235,6 +250,7 @@ DRILLING_PROGRAM = Model(
     log_categories=LOG_CATEGORIES,
     equations=equations.DRILLING_PROGRAM_EQUATIONS,
     limits=equations.DRILLING_PROGRAM_LIMITS,
+    terminals=(_drive("Omega"), _weight("WOB"), _references("speed_ref", "bit_speed_ref", "bit_torque_ref")),
 )  # fmt: skip
 
 MODELS: dict[str, Model] = {

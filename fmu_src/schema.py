@@ -79,6 +79,24 @@ class Variable:
 
 
 @dataclass(frozen=True)
+class Terminal:
+    """Signals that belong together; terminals of one name fit each other (FMI 3.0, section 2.4.9).
+
+    Attributes
+    ----------
+    members : tuple of str
+        Variables; the terminal is named for the first.
+    color : str
+        Of the line a tool draws to it: red, green and blue, each from 0 to 255.
+    """
+
+    name: str
+    description: str
+    members: tuple[str, ...]
+    color: str
+
+
+@dataclass(frozen=True)
 class Model:
     """One FMU: its table of variables and what its modelDescription.xml says beside them.
 
@@ -104,6 +122,7 @@ class Model:
     log_categories: tuple[tuple[str, str], ...] = ()
     equations: tuple[tuple[str, str], ...] = ()
     limits: tuple[str, ...] = field(default=())
+    terminals: tuple[Terminal, ...] = ()
 
     def value_reference(self, name: str) -> int:
         """Return the value reference of a variable; KeyError if the table has no such name."""

@@ -7,8 +7,12 @@
 
 #define ANY_PHASE (PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP | PHASE_TERMINATED)
 
+#define GUID_SIZE 48 /* bytes of a GUID, filled up with zeros that count: a state with a flipped one is damaged */
+
+static const char own_guid[GUID_SIZE] = DS_GUID;
+
 typedef struct {
-    char guid[48];        /* of the FMU that wrote it */
+    char guid[GUID_SIZE]; /* of the FMU that wrote it */
     uint64_t size;        /* bytes, all of it */
     uint64_t memory_size; /* bytes, memory of the model */
     uint64_t checksum;    /* of everything after the header */
@@ -52,7 +56,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
         }
     }
     memset(&saved->head, 0, sizeof saved->head);
-    strncpy(saved->head.guid, DS_GUID, sizeof saved->head.guid - 1);
+    memcpy(saved->head.guid, own_guid, sizeof own_guid);
     saved->head.size = size;
     saved->head.memory_size = instance->memory_size;
     saved->values = instance->now;
@@ -73,7 +77,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
     if (saved == NULL) {
         return ds_tell(instance, fmi2Error, LOG_ERROR, "fmi2SetFMUstate is called with a null pointer");
     }
-    if (strncmp(saved->head.guid, DS_GUID, sizeof saved->head.guid) != 0) {
+    if (memcmp(saved->head.guid, own_guid, sizeof own_guid) != 0) {
         return ds_tell(instance, fmi2Error, LOG_ERROR, "the state is not one of this build of " DS_MODEL);
     }
     const size_t memory_size = (size_t)saved->head.memory_size;
@@ -143,7 +147,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
         return ds_tell(instance, fmi2Error, LOG_ERROR, "the serialised state is missing or cut off");
     }
     memcpy(&head, bytes, sizeof head);
-    if (memchr(head.guid, '\0', sizeof head.guid) == NULL || strcmp(head.guid, DS_GUID) != 0) {
+    if (memcmp(head.guid, own_guid, sizeof own_guid) != 0) {
         return ds_tell(instance, fmi2Error, LOG_ERROR, "the serialised state is not one of this build of " DS_MODEL);
     }
     if (head.size != size || head.memory_size != size - sizeof(saved_state) ||

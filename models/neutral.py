@@ -116,8 +116,9 @@ class DrillstringNeutral:
         bit, top = self.bit, self.top
         x = self._present(bit)
         self.least, self.greatest = bit.extremes(x, x)
-        while top.cell < number:
-            cell = top.cell
+        while top.cell < number or bit.cell < number:
+            # an input that changes at the end of a cell has put one of them ahead
+            cell = top.cell if top.cell < bit.cell else bit.cell
             while top.cell == cell:
                 top.close(self.down)
                 top.open(self.up)

@@ -157,8 +157,9 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
     ds_bit *const bit = &state->bit;
     double x = present_in(state, bit->cell, bit->begin, bit->end);
     ds_bit_extremes(bit, x, x, &state->least, &state->greatest);
-    while (top->cell < goal.cell) {
-        const int64_t cell = top->cell;
+    while (top->cell < goal.cell || bit->cell < goal.cell) {
+        /* an input that changes at the end of a cell has put one of them ahead */
+        const int64_t cell = top->cell < bit->cell ? top->cell : bit->cell;
         while (top->cell == cell) {
             next_top(model, state);
         }

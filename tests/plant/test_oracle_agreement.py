@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.oracle import Program
 from tests.plant.drive import follow
 from tests.plant.judge import Judgement, away_from, judge
 from tests.plant.programs import CASES, PAPER, RAMPS, SPEED, WEIGHT, solved
@@ -48,6 +49,17 @@ def test_ramps_given_by_derivatives_are_the_oracles(name, step):
     judgement = judged(name, step)
     assert judgement.excess() == {}
     judgement.assert_same_events()
+
+
+@pytest.mark.parametrize("parts", [1, 6, 48])
+@pytest.mark.parametrize("changes", ["drive", "weight"])
+def test_an_input_that_changes_at_ends_of_cells_is_the_oracles(changes, parts):
+    # a travel time is a whole number of cells, and so are these parts of it
+    times = np.arange(int(10.0 / PAPER.travel_time) * parts) * PAPER.travel_time / parts
+    drawn = np.random.default_rng(parts).uniform(0.9, 1.1, len(times))
+    omega = Program.held(times, 10.0 * drawn) if changes == "drive" else SPEED
+    wob = Program.held(times, 97347.0 * drawn) if changes == "weight" else WEIGHT
+    assert judge(PAPER, omega, wob, communication_points("random", 10.0)).excess() == {}
 
 
 @pytest.mark.parametrize("name", [*CASES, *RAMPS])

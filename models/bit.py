@@ -12,32 +12,17 @@ from __future__ import annotations
 from typing import Any
 
 from models.clock import SNAP, Clock, Ramp
-from models.collocation import NODES, WEIGHTS, Slopes, antiderivative, correction, values
+from models.collocation import NODES, WEIGHTS
 from models.delay_line import NOTHING, DelayLine
 from models.friction import BitLaw
 from models.quartic import NONE, ZERO, Quartic, end_value, extremes, first_positive, integral, restrict, subtract, value
+from models.slip import Accuracy, collocate
 
 SHORTEST_SLIP = 1e-9
 """A release that would stop again within this part of a piece is none: the bit stays stuck."""
 
-GREATEST_STIFFNESS = 0.25
-"""A piece is halved if the acceleration depends on the speed more strongly, times its duration; default grid."""
-
-GREATEST_FADING = 1e-4
-"""So is one in which the friction fades by more than a quartic can follow: about a millionth of this is the error."""
-
-MOST_STIFFNESS = 1.0
-MOST_FADING = 1.0
-"""What the two limits rise to on coarse grids, as the cell and as its fourth power."""
-
-MOST_HALVINGS = 12
+MOST_HALVINGS = 30
 """More halvings are not made."""
-
-NEWTON_STEPS = 12
-"""Most Newton steps of a piece; two are usual."""
-
-NEWTON_LIMIT = 1e-7
-"""Correction after which no further step is taken: the next would be about its square [rad/s]."""
 
 
 class Bit:
@@ -45,8 +30,8 @@ class Bit:
 
     Attributes
     ----------
-    cell, begin, end : int, float, float
-        The piece: its cell and its fractions of the cell.
+    block, begin, end : int, float, float
+        The piece: its block and its fractions of the block.
     direction : int
         1 or -1 while the bit slips that way, 0 while it is stuck.
     arriving, turning : Quartic
@@ -65,23 +50,27 @@ class Bit:
         The last piece ended at rest, and it is not yet decided whether the bit sticks.
     roughness : float
         How hard the speed over the piece is to follow; a piece above 1 is halved.
+    truncation : float
+        What is asked of the piece [rad/s]; more when breaks are folded that matter.
+    whole : bool
+        The piece is as long as it was integrated: `power` holds for it.
+    power : float
+        Integral of bit_torque times bit_speed over the piece as it was integrated, per unit of x [W].
     angle, loss, stuck : float
         Angle turned [rad], energy lost [J], time stuck [s] up to `begin`.
     """
 
     __slots__ = (
-        "angle", "arrived", "arriving", "begin", "cell", "clock", "direction", "end", "greatest_fading",
-        "greatest_stiffness", "incoming", "last_release", "last_stop", "law", "loss", "pressure", "releases",
-        "roughness", "slips", "speed", "stops", "stuck", "turning", "weight", "weight_rise",
+        "accuracy", "angle", "arrived", "arriving", "begin", "block", "clock", "direction", "end", "incoming",
+        "last_release", "last_stop", "law", "loss", "power", "pressure", "releases", "roughness", "slips", "speed",
+        "stops", "stuck", "truncation", "turning", "weight", "weight_rise", "whole",
     )  # fmt: skip
 
     def __init__(self, law: BitLaw, clock: Clock, speed: float, pressure: Ramp) -> None:
         self.law = law
         self.clock = clock
-        square = clock.coarseness * clock.coarseness
-        self.greatest_stiffness = min(GREATEST_STIFFNESS * clock.coarseness, MOST_STIFFNESS)
-        self.greatest_fading = min(GREATEST_FADING * (square * square), MOST_FADING)
-        self.cell = 0
+        self.accuracy = Accuracy.on(clock)
+        self.block = 0
         self.begin = self.end = 0.0
         self.direction = 1 if speed > 0.0 else -1 if speed < 0.0 else 0
         self.arriving = self.turning = ZERO
@@ -89,9 +78,9 @@ class Bit:
         self.speed = speed
         self.pressure = pressure
         self.weight = self.weight_rise = 0.0
-        self.stops = self.arrived = False
+        self.stops = self.arrived = self.whole = False
         self.releases = 0
-        self.roughness = 0.0
+        self.truncation = self.roughness = self.power = 0.0
         self.angle = self.loss = self.stuck = 0.0
         self.last_stop = self.last_release = clock.start
         self.slips = 0
@@ -104,8 +93,10 @@ class Bit:
         self.end = self.incoming[1]
         first, last, wave, _ = self.incoming
         self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
-        self.weight, self.weight_rise = self.pressure.over(self.clock, self.cell, self.begin, self.end)
+        self.weight, self.weight_rise = self.pressure.over(self.clock, self.block, self.begin, self.end)
         self.stops = False
+        # nothing need be followed closer than the breaks that are folded
+        self.truncation = max(self.accuracy.truncation, down.threshold())
         if self.speed == 0.0:
             self.direction = 0  # whatever it was about to do, inputs may have changed since
             self._rest()
@@ -115,12 +106,12 @@ class Bit:
 
     def close(self, up: DelayLine) -> None:
         """Send the wave of the piece up the string and go to its end."""
-        duration = (self.end - self.begin) * self.clock.cell
+        duration = (self.end - self.begin) * self.clock.block
         if self.direction == 0:
             self.stuck += duration
         else:
             self.angle += duration * integral(self.turning, 1.0)
-            self.loss += duration * self.power_integral(1.0)
+            self.loss += duration * (self.power if self.whole else self.power_integral(1.0))
             self.speed = end_value(self.turning)
         up.push(self.begin, self.end, subtract(self.turning, self.arriving))
         if self.stops:
@@ -129,12 +120,12 @@ class Bit:
             self.arrived = True
         self.begin = self.end
         if self.end >= 1.0:
-            self.cell += 1
+            self.block += 1
             self.begin = 0.0
             self.incoming = NOTHING
 
     def cut(self, fraction: float, up: DelayLine) -> None:
-        """End the piece at a fraction of the cell, because weight or friction change; a new one is to be opened."""
+        """End the piece at a fraction of the block, because weight or friction change; a new one is to be opened."""
         if fraction - self.begin > SNAP:
             if self.end - fraction > SNAP:
                 self._shorten((fraction - self.begin) / (self.end - self.begin), fraction)
@@ -184,7 +175,7 @@ class Bit:
                 return
             x = NONE
         if self.arrived:
-            self.last_stop = self.clock.time(self.cell, self.begin)
+            self.last_stop = self.clock.time(self.block, self.begin)
         self.turning = ZERO
         self.releases = 0
         if x < 1.0:
@@ -193,7 +184,7 @@ class Bit:
 
     def _count_release(self) -> None:
         """Count a release, but not a passage through rest, nor one again that is decided anew."""
-        time = self.clock.time(self.cell, self.begin)
+        time = self.clock.time(self.block, self.begin)
         if not self.arrived and (self.slips == 0 or time != self.last_release):
             self.last_release = time
             self.slips += 1
@@ -210,12 +201,12 @@ class Bit:
 
     def _slip(self) -> None:
         """Integrate the bit equation over the piece, or up to the place where the bit comes to rest."""
-        self.turning = self._collocate()
+        self._collocate()
         for _ in range(MOST_HALVINGS):
             if self.roughness <= 1.0:
                 break
             self._shorten(0.5, self.begin + 0.5 * (self.end - self.begin))
-            self.turning = self._collocate()
+            self._collocate()
         t0, t1, t2, t3, t4 = self.turning
         x = first_positive((-t0, -t1, -t2, -t3, -t4) if self.direction > 0 else self.turning)
         if x > 1.0:
@@ -226,68 +217,22 @@ class Bit:
         self._shorten(x, self.begin + x * (self.end - self.begin))
         self.stops = True
 
-    def _collocate(self) -> Quartic:
-        """Return the speed over the piece, by Newton's method from a constant acceleration, and set the roughness.
-
-        Where the begin alone shows that the piece is too rough, it is not integrated.
-        """
-        duration = (self.end - self.begin) * self.clock.cell
-        start = self.speed
-        g0, j0 = self._acceleration(0.0, start)
-        g0 = duration * g0
-        self.roughness = duration * abs(j0) / self.greatest_stiffness
-        if self.roughness > 1.0:
-            return ZERO
-        if start == 0.0 and g0 * self.direction < 0.0:
-            g0 = 0.0  # by rounding: at a release the friction is overcome
-        v1, v2, v3 = start + NODES[1] * g0, start + NODES[2] * g0, start + g0
-        slopes = (g0, g0, g0, g0)
-        jacobian = (0.0, 0.0, 0.0)
-        for _ in range(NEWTON_STEPS):
-            g1, j1 = self._acceleration(NODES[1], v1)
-            g2, j2 = self._acceleration(NODES[2], v2)
-            g3, j3 = self._acceleration(1.0, v3)
-            jacobian = (duration * j1, duration * j2, duration * j3)
-            w1, w2, w3 = values(start, (g0, duration * g1, duration * g2, duration * g3))
-            d1, d2, d3 = correction((w1 - v1, w2 - v2, w3 - v3), jacobian)
-            v1, v2, v3 = v1 + d1, v2 + d2, v3 + d3
-            slopes = (
-                g0,
-                duration * g1 + jacobian[0] * d1,
-                duration * g2 + jacobian[1] * d2,
-                duration * g3 + jacobian[2] * d3,
-            )
-            if abs(d1) <= NEWTON_LIMIT and abs(d2) <= NEWTON_LIMIT and abs(d3) <= NEWTON_LIMIT:
-                break
-        self.roughness = self._rough(duration, (duration * j0, *jacobian), v3 - start)
-        return antiderivative(start, slopes)
-
-    def _rough(self, duration: float, jacobian: Slopes, rise: float) -> float:
-        """Return the roughness of the piece from the derivatives at its four points and the rise of the speed."""
-        stiffest = max(abs(jacobian[1]), abs(jacobian[2]), abs(jacobian[3]))
-        steepest = max(jacobian[0], jacobian[3]) + duration * (self.law.damping / self.law.inertia)
-        faded = self.law.rate * rise
-        square = faded * faded
-        return max(stiffest / self.greatest_stiffness, steepest * abs(rise) * (square * square) / self.greatest_fading)
-
-    def _acceleration(self, x: float, speed: float) -> tuple[float, float]:
-        """Return dv/dt at x of the piece [rad/s^2] and its derivative by the speed [1/s]."""
-        law = self.law
-        weight = self.weight + x * self.weight_rise
-        fading = law.excess * law.fading(self.direction, speed)
-        dry = weight * (law.coulomb + fading) * self.direction
-        drive = law.twice_impedance * value(self.arriving, x)
-        return (
-            (drive - law.damping * speed - dry) / law.inertia,
-            (weight * fading * law.rate - law.damping) / law.inertia,
-        )
+    def _collocate(self) -> None:
+        """Integrate the bit equation over the piece as it is."""
+        duration = (self.end - self.begin) * self.clock.block
+        dry = (self.weight, self.weight_rise)
+        accuracy = Accuracy(self.truncation, self.accuracy.newton)
+        slip = collocate(self.law, accuracy, self.direction, duration, self.speed, self.arriving, dry)
+        self.turning, self.power, self.roughness = slip
+        self.whole = True
 
     def _shorten(self, x: float, fraction: float) -> None:
-        """End the piece at x, which is at `fraction` of the cell."""
+        """End the piece at x, which is at `fraction` of the block."""
         self.arriving = restrict(self.arriving, 0.0, x)
         self.turning = restrict(self.turning, 0.0, x)
         self.weight_rise = x * self.weight_rise
         self.end = fraction
+        self.whole = False
 
     def state(self) -> dict[str, Any]:
         """Return everything that changes in time, as plain data."""
@@ -300,4 +245,4 @@ class Bit:
         self.pressure = Ramp(*state["pressure"])
 
 
-_CONSTANT = frozenset({"clock", "greatest_fading", "greatest_stiffness", "law"})
+_CONSTANT = frozenset({"accuracy", "clock", "law"})

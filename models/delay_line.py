@@ -1,8 +1,8 @@
 """A wave under way between the ends of the string: a queue of quartic pieces, one travel time long.
 
-Time is divided into cells, N to a travel time, so that a piece leaves the queue N cells after it entered, at the same
-place in its cell: the delay is exact. A piece lies inside one cell. Where nothing happens it is the whole cell; a
-*break* (a jump of the wave or of its slope at a place on no grid) is simply a boundary between two pieces in a cell.
+Time is divided into blocks, M to a travel time, so that a piece leaves the queue M blocks after it entered, at the same
+place in its block: the delay is exact. A piece lies inside one block. Where nothing happens it is the whole block; a
+*break* (a jump of the wave or of its slope at a place on no grid) is simply a boundary between two pieces in a block.
 
 Breaks come back every two travel times, weaker by the reflections. One too weak to matter is folded: its two pieces
 become one, with the same first four moments. When many are under way, only the stronger ones are kept.
@@ -10,21 +10,30 @@ become one, with the same first four moments. When many are under way, only the 
 
 from __future__ import annotations
 
+from math import ldexp
 from typing import Any
 
+from models.clock import BLOCK
 from models.quartic import ZERO, Quartic, flatten, merge, square_integral
 
-NEGLIGIBLE = 1e-11
+NEGLIGIBLE = 1e-9
 """Strength below which a break is folded without being counted, on the default grid [rad/s]."""
+
+LEAST_NEGLIGIBLE = 1e-13
+MOST_NEGLIGIBLE = 1e-4
+"""What it falls to on fine grids and rises to on coarse ones, as the fourth power of the block [rad/s]."""
+
+LEAST_BREAKS = 256
+"""Breaks a queue can hold at least; on fine grids it holds one for each cell."""
 
 DOUBLINGS = 40
 """A queue full of breaks keeps only those stronger than the negligible times 2^DOUBLINGS."""
 
 Piece = tuple[float, float, Quartic, float]
-"""Begin and end inside the cell, in [0, 1], the wave between them [rad/s], and the integral of its square, in cells."""
+"""Begin and end inside the block, in [0, 1], the wave between them [rad/s], the integral of its square, in blocks."""
 
 NOTHING: Piece = (0.0, 0.0, ZERO, 0.0)
-"""No piece: it ends where a cell begins."""
+"""No piece: it ends where a block begins."""
 
 
 class DelayLine:
@@ -35,11 +44,11 @@ class DelayLine:
     pieces : list of Piece
         Ring of fixed capacity; `first` is the oldest, `count` are in it.
     breaks : int
-        Pieces in the queue that begin inside a cell.
+        Pieces in the queue that begin inside a block.
     square, square_rest : float
-        Integral of the squared wave over the queue, in cells [rad^2/s^2], and its compensation.
+        Integral of the squared wave over the queue, in blocks [rad^2/s^2], and its compensation.
     negligible : float
-        Strength below which a break is folded without being counted [rad/s]: of fourth order in the cell.
+        Strength below which a break is folded without being counted [rad/s].
     folded : int
         Breaks folded although they were not negligible.
     folded_square : float
@@ -59,17 +68,17 @@ class DelayLine:
         "square_rest",
     )
 
-    def __init__(self, cells: int, level: float, coarseness: float) -> None:
+    def __init__(self, blocks: int, level: float, coarseness: float) -> None:
         """Fill one travel time with a constant wave `level` [rad/s]."""
         square = coarseness * coarseness
-        self.negligible = NEGLIGIBLE * (square * square)
-        self.break_limit = cells if cells > 256 else 256
+        self.negligible = min(max(NEGLIGIBLE * (square * square), LEAST_NEGLIGIBLE), MOST_NEGLIGIBLE)
+        self.break_limit = max(BLOCK * blocks, LEAST_BREAKS)
         empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0, 0.0), level * level)
-        self.pieces = [empty] * (cells + 2 + self.break_limit)
+        self.pieces = [empty] * (blocks + 2 + self.break_limit)
         self.first = 0
-        self.count = cells
+        self.count = blocks
         self.breaks = 0
-        self.square = cells * (level * level)
+        self.square = blocks * (level * level)
         self.square_rest = 0.0
         self.folded = 0
         self.folded_square = 0.0
@@ -111,8 +120,9 @@ class DelayLine:
         if middle != begin:
             return False
         length = end - start
-        merged, strength = merge(before, wave, (middle - start) / length)
-        if strength > self._threshold():
+        limit = self.threshold()
+        merged, strength = merge(before, wave, (middle - start) / length, limit)
+        if strength > limit:
             return False
         if strength > self.negligible:
             # the projection of the two pieces: it adds no energy, and the bit's collocation follows a cubic exactly
@@ -125,14 +135,12 @@ class DelayLine:
         self.folded_square += (former - square) + added
         return True
 
-    def _threshold(self) -> float:
+    def threshold(self) -> float:
         """Return the strength a break must exceed to be kept: the fuller the queue, the greater [rad/s]."""
         if self.breaks >= self.break_limit:
             return 1e300
-        limit = self.negligible
-        for _ in range((2 * DOUBLINGS * self.breaks) // self.break_limit - DOUBLINGS):
-            limit = limit * 2.0
-        return limit
+        doublings = (2 * DOUBLINGS * self.breaks) // self.break_limit - DOUBLINGS
+        return ldexp(self.negligible, doublings) if doublings > 0 else self.negligible
 
     def _add(self, amount: float) -> None:
         """Add to the integral of the square without losing what the sum cannot hold (Neumaier)."""

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 from models.bit import Bit
-from models.clock import Clock, Ramp
+from models.clock import Clock, Ramp, blocks_for
 from models.delay_line import DelayLine, Piece
 from models.friction import BitLaw
 from models.parameters import DrillstringParameters
@@ -78,11 +78,12 @@ class DrillstringNeutral:
         initial = initial if initial is not None else InitialState()
         self.parameters = parameters
         self.cells = parameters.cells_for(cells)
-        self.clock = Clock(start, parameters.travel_time / self.cells)
+        blocks = blocks_for(self.cells)
+        self.clock = Clock(start, parameters.travel_time / blocks)
         self.impedance = parameters.impedance
         twist = initial.torque / (2.0 * self.impedance)
-        self.up = DelayLine(self.cells, 0.5 * initial.speed - twist, self.clock.coarseness)
-        self.down = DelayLine(self.cells, 0.5 * initial.speed + twist, self.clock.coarseness)
+        self.up = DelayLine(blocks, 0.5 * initial.speed - twist, self.clock.coarseness)
+        self.down = DelayLine(blocks, 0.5 * initial.speed + twist, self.clock.coarseness)
         self.top = Top(parameters, self.clock, initial.torque / parameters.stiffness, Ramp(omega))
         self.bit = Bit(BitLaw.of(parameters), self.clock, initial.speed, Ramp(weight))
         self.top.open(self.up)
@@ -116,13 +117,13 @@ class DrillstringNeutral:
         bit, top = self.bit, self.top
         x = self._present(bit)
         self.least, self.greatest = bit.extremes(x, x)
-        while top.cell < number or bit.cell < number:
-            # an input that changes at the end of a cell has put one of them ahead
-            cell = top.cell if top.cell < bit.cell else bit.cell
-            while top.cell == cell:
+        while top.block < number or bit.block < number:
+            # an input that changes at the end of a block has put one of them ahead
+            block = top.block if top.block < bit.block else bit.block
+            while top.block == block:
                 top.close(self.down)
                 top.open(self.up)
-            while bit.cell == cell:
+            while bit.block == block:
                 x = self._close_bit(x)
         while top.end < fraction:
             top.close(self.down)
@@ -150,17 +151,17 @@ class DrillstringNeutral:
     def _present(self, end: Top | Bit) -> float:
         """Return where in the piece of an end the present lies."""
         number, fraction = self.place
-        if end.cell != number or fraction <= end.begin:
+        if end.block != number or fraction <= end.begin:
             return 0.0
         return (fraction - end.begin) / (end.end - end.begin)
 
     def outputs(self) -> Outputs:
         """Return the outputs at the present time: left limits after :meth:`advance`, right limits after a new input."""
-        bit, top, cell = self.bit, self.top, self.clock.cell
+        bit, top, block = self.bit, self.top, self.clock.block
         x = self._present(bit)
         y = self._present(top)
-        bit_piece = (bit.end - bit.begin) * cell
-        top_piece = (top.end - top.begin) * cell
+        bit_piece = (bit.end - bit.begin) * block
+        top_piece = (top.end - top.begin) * block
         return Outputs(
             bit_speed=value(bit.turning, x),
             top_speed=value(top.speed(), y),
@@ -180,7 +181,7 @@ class DrillstringNeutral:
             bit_loss=bit.loss + bit_piece * bit.power_integral(x),
             cells_used=self.cells,
             breaks_folded=self.up.folded + self.down.folded,
-            folded_energy=self.impedance * cell * (self.up.folded_square + self.down.folded_square),
+            folded_energy=self.impedance * block * (self.up.folded_square + self.down.folded_square),
         )
 
     def _energy(self, x: float, y: float) -> float:
@@ -194,7 +195,7 @@ class DrillstringNeutral:
         down += _square_after(bit.incoming, bit.begin + x * (bit.end - bit.begin))
         down += (top.end - top.begin) * product_integral(top.leaving, top.leaving, y)
         speed = value(bit.turning, x)
-        return self.impedance * self.clock.cell * (up + down) + 0.5 * self.parameters.I_B * (speed * speed)
+        return self.impedance * self.clock.block * (up + down) + 0.5 * self.parameters.I_B * (speed * speed)
 
     def state(self) -> dict[str, Any]:
         """Return everything that changes in time, as plain data that survives JSON to the last bit."""
@@ -231,7 +232,7 @@ class DrillstringNeutral:
 
 
 def _square_after(piece: Piece, fraction: float) -> float:
-    """Return the integral of the squared wave of a piece from a fraction of the cell to its end, in cells."""
+    """Return the integral of the squared wave of a piece from a fraction of the block to its end, in blocks."""
     begin, end, wave, _ = piece
     rest = restrict(wave, (fraction - begin) / (end - begin), 1.0)
     return (end - fraction) * square_integral(rest)

@@ -188,24 +188,27 @@ def _rise(c: Quartic, left: float, right: float) -> float:
     return right
 
 
-def merge(a: Quartic, b: Quartic, u: float) -> tuple[Quartic, float]:
+def merge(a: Quartic, b: Quartic, u: float, limit: float) -> tuple[Quartic, float]:
     """Return the quartic with the first four moments of a on [0, u] and b on [u, 1], and how much they differ.
 
     The longer of the two is extended over the whole and corrected by the projection of the rest, so that a small break
     costs no digits. The difference is in the units of the values: a jump counts whole, the rest as far as a quartic
-    cannot follow it.
+    cannot follow it. Where it exceeds the limit the merged quartic is not worked out.
     """
+    jump = abs(b[0] - end_value(a))
+    if jump > limit:
+        return a, jump
     if u >= 0.5:
         base = restrict(a, 0.0, 1.0 / u)
         start, width = u, 1.0 - u
         rest = subtract(b, restrict(base, u, 1.0))
-        jump = rest[0]
     else:
         base = restrict(b, -u / (1.0 - u), 1.0)
         start, width = 0.0, u
         rest = subtract(a, restrict(base, 0.0, u))
-        jump = end_value(rest)
-    difference = abs(jump) + 0.2 * abs(rest[1]) + 0.1 * (abs(rest[2]) + abs(rest[3]) + abs(rest[4]))
+    difference = jump + 0.2 * abs(rest[1]) + 0.1 * (abs(rest[2]) + abs(rest[3]) + abs(rest[4]))
+    if difference > limit:
+        return base, difference
     return add(base, _projection(rest, start, width)), difference
 
 

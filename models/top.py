@@ -19,8 +19,8 @@ class Top:
 
     Attributes
     ----------
-    cell, begin, end : int, float, float
-        The piece: its cell and its fractions of the cell.
+    block, begin, end : int, float, float
+        The piece: its block and its fractions of the block.
     arriving, leaving : Quartic
         U_b(t - Gamma) and D(t) on the piece [rad/s].
     incoming : Piece
@@ -32,7 +32,7 @@ class Top:
     """
 
     __slots__ = (
-        "angle", "arriving", "begin", "cell", "clock", "end", "incoming", "leaving", "omega", "reflection", "sliding",
+        "angle", "arriving", "begin", "block", "clock", "end", "incoming", "leaving", "omega", "reflection", "sliding",
         "transmission", "work",
     )  # fmt: skip
 
@@ -41,7 +41,7 @@ class Top:
         self.transmission = parameters.transmission
         self.sliding = parameters.c_a
         self.clock = clock
-        self.cell = 0
+        self.block = 0
         self.begin = 0.0
         self.end = 0.0
         self.arriving = self.leaving = ZERO
@@ -58,7 +58,7 @@ class Top:
         self.end = self.incoming[1]
         first, last, wave, _ = self.incoming
         self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
-        omega, rise = self.omega.over(self.clock, self.cell, self.begin, self.end)
+        omega, rise = self.omega.over(self.clock, self.block, self.begin, self.end)
         self.leaving = (
             self.transmission * omega - self.reflection * self.arriving[0],
             self.transmission * rise - self.reflection * self.arriving[1],
@@ -69,18 +69,18 @@ class Top:
 
     def close(self, down: DelayLine) -> None:
         """Send the piece down the string and go to its end."""
-        duration = (self.end - self.begin) * self.clock.cell
+        duration = (self.end - self.begin) * self.clock.block
         self.angle += duration * integral(self.speed(), 1.0)
         self.work += duration * self.power_integral(1.0)
         down.push(self.begin, self.end, self.leaving)
         self.begin = self.end
         if self.end >= 1.0:
-            self.cell += 1
+            self.block += 1
             self.begin = 0.0
             self.incoming = NOTHING
 
     def cut(self, fraction: float, down: DelayLine) -> None:
-        """End the piece at a fraction of the cell inside it, because Omega changes there; a new one is to be opened."""
+        """End the piece at a fraction of the block, because Omega changes there; a new one is to be opened."""
         if fraction - self.begin > SNAP:
             if self.end - fraction > SNAP:
                 x = (fraction - self.begin) / (self.end - self.begin)
@@ -95,13 +95,13 @@ class Top:
 
     def torque(self, x: float) -> float:
         """Return the torque of the drive on the string, c_a (Omega - ydot), at x of the piece [N m]."""
-        omega, rise = self.omega.over(self.clock, self.cell, self.begin, self.end)
+        omega, rise = self.omega.over(self.clock, self.block, self.begin, self.end)
         return self.sliding * ((omega + x * rise) - value(self.speed(), x))
 
     def power_integral(self, x: float) -> float:
         """Return the integral of top_torque times top_speed from 0 to x of the piece, per unit of x [W]."""
         speed = self.speed()
-        omega, rise = self.omega.over(self.clock, self.cell, self.begin, self.end)
+        omega, rise = self.omega.over(self.clock, self.block, self.begin, self.end)
         slip = (omega - speed[0], rise - speed[1], -speed[2], -speed[3], -speed[4])
         return self.sliding * product_integral(slip, speed, x)
 

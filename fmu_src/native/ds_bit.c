@@ -3,32 +3,25 @@
 #include <math.h>
 
 #include "ds_collocation.h"
-#include "ds_exp.h"
 
 #define SHORTEST_SLIP 1e-9 /* a release that would stop again within this part of a piece is none */
-#define GREATEST_EXPONENT 4.0 /* where the friction is continued beyond rest, its exponent is kept below this */
-#define GREATEST_STIFFNESS 0.25 /* a piece in which the acceleration depends on the speed more strongly is halved */
-#define GREATEST_FADING 1e-4 /* so is one in which the friction fades by more than a quartic can follow */
-#define MOST_STIFFNESS 1.0 /* what the first limit rises to on coarse grids, as the cell */
-#define MOST_FADING 1.0    /* and the second, as its fourth power */
-#define MOST_HALVINGS 12   /* more are not made */
-#define NEWTON_STEPS 12    /* most Newton steps of a piece; two are usual */
-#define NEWTON_LIMIT 1e-7  /* rad/s, correction after which no further step is taken: the next would be its square */
+#define MOST_HALVINGS 30   /* more are not made */
 
 void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
 {
-    const double coarseness = ds_clock_coarseness(clock);
-    const double square = coarseness * coarseness;
-    bit->greatest_stiffness = fmin(GREATEST_STIFFNESS * coarseness, MOST_STIFFNESS);
-    bit->greatest_fading = fmin(GREATEST_FADING * (square * square), MOST_FADING);
-    bit->cell = 0;
+    bit->accuracy = ds_accuracy_on(clock);
+    bit->block = 0;
     bit->begin = 0.0;
     bit->end = 0.0;
     bit->direction = speed > 0.0 ? 1 : speed < 0.0 ? -1 : 0;
     bit->stops = 0;
     bit->releases = 0;
     bit->arrived = 0;
+    bit->whole = 0;
     bit->slips = 0;
+    bit->truncation = 0.0;
+    bit->roughness = 0.0;
+    bit->power = 0.0;
     bit->arriving = DS_NO_PIECE.wave;
     bit->turning = DS_NO_PIECE.wave;
     bit->incoming = DS_NO_PIECE;
@@ -42,101 +35,37 @@ void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
     bit->last_release = clock->start;
 }
 
-/* the exponential of eq. (4) in a slip in `direction`, continued smoothly through rest.
- * Beyond rest it only serves the search for the stop; there it is capped. */
-static double fading(const ds_bit_law *law, int direction, double speed)
+/* integrate the bit equation over the piece as it is */
+static void collocate(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
 {
-    const double exponent = -law->rate * (direction * speed);
-    return ds_exp(exponent < GREATEST_EXPONENT ? exponent : GREATEST_EXPONENT);
+    const double duration = (bit->end - bit->begin) * clock->block;
+    const ds_pressure pressure = {bit->weight, bit->weight_rise};
+    const ds_accuracy accuracy = {bit->truncation, bit->accuracy.newton};
+    const ds_slip slip =
+        ds_slip_collocate(law, &accuracy, bit->direction, duration, bit->speed, bit->arriving, pressure);
+    bit->turning = slip.speed;
+    bit->power = slip.power;
+    bit->roughness = slip.roughness;
+    bit->whole = 1;
 }
 
-/* dv/dt at x of the piece and its derivative by the speed */
-static double acceleration(const ds_bit_law *law, const ds_bit *bit, double x, double speed, double *derivative)
-{
-    const double weight = bit->weight + x * bit->weight_rise;
-    const double fades = law->excess * fading(law, bit->direction, speed);
-    const double dry = weight * (law->coulomb + fades) * bit->direction;
-    const double drive = law->twice_impedance * ds_quartic_value(bit->arriving, x);
-    *derivative = (weight * fades * law->rate - law->damping) / law->inertia;
-    return (drive - law->damping * speed - dry) / law->inertia;
-}
-
-static double greater(double a, double b)
-{
-    return b > a ? b : a; /* as max of Python, which keeps the first of equals */
-}
-
-/* how hard the speed over the piece is to follow, from the derivatives at its four points and the rise of the speed */
-static double rough(const ds_bit_law *law, const ds_bit *bit, double duration, double first, const double jacobian[3],
-                    double rise)
-{
-    const double stiffest = greater(greater(fabs(jacobian[0]), fabs(jacobian[1])), fabs(jacobian[2]));
-    const double steepest = greater(first, jacobian[2]) + duration * (law->damping / law->inertia);
-    const double faded = law->rate * rise;
-    const double square = faded * faded;
-    return greater(stiffest / bit->greatest_stiffness, steepest * fabs(rise) * (square * square) / bit->greatest_fading);
-}
-
-/* the speed over the piece, by Newton's method from a constant acceleration; *roughness: how hard it is to follow, a
- * piece above 1 is to be halved. Where the begin alone shows that it is too rough, it is not integrated */
-static ds_quartic collocate(const ds_bit_law *law, const ds_clock *clock, const ds_bit *bit, double *roughness)
-{
-    const double duration = (bit->end - bit->begin) * clock->cell;
-    const double start = bit->speed;
-    double jacobian[3];
-    double g[4];
-    g[0] = acceleration(law, bit, 0.0, start, &jacobian[0]);
-    const double first = duration * jacobian[0];
-    g[0] = duration * g[0];
-    *roughness = duration * fabs(jacobian[0]) / bit->greatest_stiffness;
-    if (*roughness > 1.0) {
-        return DS_NO_PIECE.wave;
-    }
-    if (start == 0.0 && g[0] * bit->direction < 0.0) {
-        g[0] = 0.0; /* by rounding: at a release the friction is overcome */
-    }
-    double v[3] = {start + ds_nodes[1] * g[0], start + ds_nodes[2] * g[0], start + g[0]};
-    for (int step = 0; step < NEWTON_STEPS; ++step) {
-        double residual[3];
-        double d[3];
-        for (int i = 0; i < 3; ++i) {
-            g[i + 1] = duration * acceleration(law, bit, ds_nodes[i + 1], v[i], &jacobian[i]);
-            jacobian[i] = duration * jacobian[i];
-        }
-        ds_collocation_values(start, g, residual);
-        for (int i = 0; i < 3; ++i) {
-            residual[i] = residual[i] - v[i];
-        }
-        ds_collocation_correction(residual, jacobian, d);
-        for (int i = 0; i < 3; ++i) {
-            v[i] = v[i] + d[i];
-            g[i + 1] = g[i + 1] + jacobian[i] * d[i];
-        }
-        if (fabs(d[0]) <= NEWTON_LIMIT && fabs(d[1]) <= NEWTON_LIMIT && fabs(d[2]) <= NEWTON_LIMIT) {
-            break;
-        }
-    }
-    *roughness = rough(law, bit, duration, first, jacobian, v[2] - start);
-    return ds_antiderivative(start, g);
-}
-
-/* end the piece at x, which is at `fraction` of the cell */
+/* end the piece at x, which is at `fraction` of the block */
 static void shorten(ds_bit *bit, double x, double fraction)
 {
     bit->arriving = ds_quartic_restrict(bit->arriving, 0.0, x);
     bit->turning = ds_quartic_restrict(bit->turning, 0.0, x);
     bit->weight_rise = x * bit->weight_rise;
     bit->end = fraction;
+    bit->whole = 0;
 }
 
 /* integrate the bit equation over the piece, or up to the place where the bit comes to rest */
 static void slip(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
 {
-    double roughness;
-    bit->turning = collocate(law, clock, bit, &roughness);
-    for (int i = 0; i < MOST_HALVINGS && !(roughness <= 1.0); ++i) {
+    collocate(law, clock, bit);
+    for (int i = 0; i < MOST_HALVINGS && !(bit->roughness <= 1.0); ++i) {
         shorten(bit, 0.5, bit->begin + 0.5 * (bit->end - bit->begin));
-        bit->turning = collocate(law, clock, bit, &roughness);
+        collocate(law, clock, bit);
     }
     const ds_quartic t = bit->turning;
     const ds_quartic back = {-t.c0, -t.c1, -t.c2, -t.c3, -t.c4};
@@ -168,7 +97,7 @@ static void excess_places(const ds_bit_law *law, const ds_bit *bit, double *ahea
 /* count a release, but not a passage through rest, nor one again that is decided anew */
 static void count_release(const ds_clock *clock, ds_bit *bit)
 {
-    const double time = ds_clock_time(clock, bit->cell, bit->begin);
+    const double time = ds_clock_time(clock, bit->block, bit->begin);
     if (!bit->arrived && (bit->slips == 0 || time != bit->last_release)) {
         bit->last_release = time;
         bit->slips += 1;
@@ -193,7 +122,7 @@ static void rest(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
         x = DS_NONE;
     }
     if (bit->arrived) {
-        bit->last_stop = ds_clock_time(clock, bit->cell, bit->begin);
+        bit->last_stop = ds_clock_time(clock, bit->block, bit->begin);
     }
     bit->turning = DS_NO_PIECE.wave;
     bit->releases = 0;
@@ -213,8 +142,10 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
     const double first = bit->incoming.begin;
     const double last = bit->incoming.end;
     bit->arriving = ds_quartic_restrict(bit->incoming.wave, (bit->begin - first) / (last - first), 1.0);
-    bit->weight = ds_ramp_at(&bit->pressure, clock, bit->cell, bit->begin, bit->end, &bit->weight_rise);
+    bit->weight = ds_ramp_at(&bit->pressure, clock, bit->block, bit->begin, bit->end, &bit->weight_rise);
     bit->stops = 0;
+    /* nothing need be followed closer than the breaks that are folded */
+    bit->truncation = fmax(bit->accuracy.truncation, ds_line_threshold(down));
     if (bit->speed == 0.0) {
         bit->direction = 0; /* whatever it was about to do, inputs may have changed since */
         rest(law, clock, bit);
@@ -226,13 +157,13 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
 
 void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring)
 {
-    const double duration = (bit->end - bit->begin) * clock->cell;
+    const double duration = (bit->end - bit->begin) * clock->block;
     const ds_piece piece = {bit->begin, bit->end, ds_quartic_subtract(bit->turning, bit->arriving), 0.0};
     if (bit->direction == 0) {
         bit->stuck += duration;
     } else {
         bit->angle += duration * ds_quartic_integral(bit->turning, 1.0);
-        bit->loss += duration * ds_bit_power_integral(law, bit, 1.0);
+        bit->loss += duration * (bit->whole ? bit->power : ds_bit_power_integral(law, bit, 1.0));
         bit->speed = ds_quartic_end(bit->turning);
     }
     ds_line_push(up, up_ring, piece);
@@ -243,7 +174,7 @@ void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_
     }
     bit->begin = bit->end;
     if (bit->end >= 1.0) {
-        bit->cell += 1;
+        bit->block += 1;
         bit->begin = 0.0;
         bit->incoming = DS_NO_PIECE;
     }
@@ -269,7 +200,7 @@ double ds_bit_torque(const ds_bit_law *law, const ds_bit *bit, double x)
     }
     const double speed = ds_quartic_value(bit->turning, x);
     const double weight = bit->weight + x * bit->weight_rise;
-    const double dry = weight * (law->coulomb + law->excess * fading(law, bit->direction, speed));
+    const double dry = weight * (law->coulomb + law->excess * ds_friction_fading(law, bit->direction, speed));
     return law->viscosity * speed + dry * bit->direction;
 }
 

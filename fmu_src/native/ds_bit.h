@@ -3,23 +3,14 @@
 #define DS_BIT_H
 
 #include "ds_clock.h"
+#include "ds_friction.h"
 #include "ds_line.h"
 #include "ds_linkage.h"
+#include "ds_slip.h"
 
 typedef struct {
-    double twice_impedance; /* N m s/rad, 2 Z */
-    double damping;         /* N m s/rad, Z + c_b */
-    double viscosity;       /* N m s/rad, c_b, eq. (3) */
-    double inertia;         /* kg m2, I_B, eq. (2) */
-    double coulomb;         /* m, R_b mu_cb, eqs. (3) and (4) */
-    double excess;          /* m, R_b (mu_sb - mu_cb) */
-    double static_;         /* m, R_b mu_sb */
-    double rate;            /* s/rad, gamma_b / v_f */
-} ds_bit_law;
-
-typedef struct {
-    int64_t cell;        /* 1, cell of the piece that holds the present */
-    double begin;        /* 1, its begin as a fraction of the cell */
+    int64_t block;        /* 1, block of the piece that holds the present */
+    double begin;        /* 1, its begin as a fraction of the block */
     double end;          /* 1, its end */
     int direction;       /* 1, 1 or -1 while the bit slips that way, 0 while it is stuck */
     int stops;           /* 1, the piece ends because the bit comes to rest there */
@@ -29,8 +20,11 @@ typedef struct {
     ds_quartic arriving;   /* rad/s, D(t - Gamma) on the piece */
     ds_quartic turning;    /* rad/s, v(t) on the piece */
     ds_piece incoming;   /* rad/s, the piece of the down-going wave that `arriving` is a part of */
-    double greatest_stiffness; /* 1, stiffness above which a piece is halved */
-    double greatest_fading;    /* rad/s, fading of the friction above which a piece is halved */
+    ds_accuracy accuracy; /* what is asked of a piece; constant */
+    double truncation;   /* rad/s, what is asked of the piece; more when breaks are folded that matter */
+    double roughness;    /* 1, how hard the speed over the piece is to follow; a piece above 1 is halved */
+    int whole;           /* 1, the piece is as long as it was integrated: `power` holds for it */
+    double power;        /* W, integral of torque times speed over the piece as it was integrated, per unit of x */
     double speed;        /* rad/s, bit speed at `begin` */
     ds_ramp pressure;    /* N, the weight on bit as it was set */
     double weight;       /* N, weight on bit at `begin` */
@@ -46,7 +40,7 @@ DS_SHARED void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed);
 DS_SHARED void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *down,
                            const ds_piece *down_ring);
 DS_SHARED void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring);
-/* end the piece at a fraction of the cell inside it; the caller then opens a new one */
+/* end the piece at a fraction of the block inside it; the caller then opens a new one */
 DS_SHARED void ds_bit_cut(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, double fraction, ds_line *up,
                           ds_piece *up_ring);
 DS_SHARED double ds_bit_torque(const ds_bit_law *law, const ds_bit *bit, double x);

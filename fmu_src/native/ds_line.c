@@ -2,34 +2,39 @@
 
 #include <math.h>
 
-#define NEGLIGIBLE 1e-11 /* rad/s, strength of a break folded without being counted, on the default grid */
+#include "ds_clock.h"
+
+#define NEGLIGIBLE 1e-9 /* rad/s, strength of a break folded without being counted, on the default grid */
+#define LEAST_NEGLIGIBLE 1e-13 /* rad/s, what it falls to on fine grids, as the fourth power of the block */
+#define MOST_NEGLIGIBLE 1e-4   /* rad/s, what it rises to on coarse ones */
+#define LEAST_BREAKS 256       /* breaks a queue can hold at least; on fine grids it holds one for each cell */
 #define DOUBLINGS 40    /* a queue full of breaks keeps only those stronger than the negligible times 2^DOUBLINGS */
 
-static int break_limit(int cells)
+static int break_limit(int blocks)
 {
-    return cells > 256 ? cells : 256;
+    return DS_BLOCK * blocks > LEAST_BREAKS ? DS_BLOCK * blocks : LEAST_BREAKS;
 }
 
-int ds_line_capacity(int cells)
+int ds_line_capacity(int blocks)
 {
-    return cells + 2 + break_limit(cells);
+    return blocks + 2 + break_limit(blocks);
 }
 
-void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level, double coarseness)
+void ds_line_fill(ds_line *line, ds_piece *ring, int blocks, double level, double coarseness)
 {
     const double square = coarseness * coarseness;
     const ds_piece piece = {0.0, 1.0, {level, 0.0, 0.0, 0.0, 0.0}, level * level};
-    line->capacity = ds_line_capacity(cells);
-    line->break_limit = break_limit(cells);
+    line->capacity = ds_line_capacity(blocks);
+    line->break_limit = break_limit(blocks);
     for (int i = 0; i < line->capacity; ++i) {
         ring[i] = piece;
     }
-    line->negligible = NEGLIGIBLE * (square * square);
+    line->negligible = fmin(fmax(NEGLIGIBLE * (square * square), LEAST_NEGLIGIBLE), MOST_NEGLIGIBLE);
     line->first = 0;
-    line->count = cells;
+    line->count = blocks;
     line->breaks = 0;
     line->folded = 0;
-    line->square = cells * (level * level);
+    line->square = blocks * (level * level);
     line->square_rest = 0.0;
     line->folded_square = 0.0;
 }
@@ -46,17 +51,13 @@ static void add(ds_line *line, double amount)
     line->square = total;
 }
 
-/* strength a break must exceed to be kept: the fuller the queue, the greater */
-static double threshold(const ds_line *line)
+double ds_line_threshold(const ds_line *line)
 {
-    double limit = line->negligible;
     if (line->breaks >= line->break_limit) {
         return 1e300;
     }
-    for (int i = (2 * DOUBLINGS * line->breaks) / line->break_limit - DOUBLINGS; i > 0; --i) {
-        limit = limit * 2.0;
-    }
-    return limit;
+    const int doublings = (2 * DOUBLINGS * line->breaks) / line->break_limit - DOUBLINGS;
+    return doublings > 0 ? ldexp(line->negligible, doublings) : line->negligible;
 }
 
 /* fold a piece into the last one if the break between them is weak; say whether it was done */
@@ -74,9 +75,10 @@ static int fold(ds_line *line, ds_piece *ring, ds_piece piece)
         return 0;
     }
     const double length = piece.end - last->begin;
+    const double limit = ds_line_threshold(line);
     double strength;
-    ds_quartic merged = ds_quartic_merge(last->wave, piece.wave, (last->end - last->begin) / length, &strength);
-    if (strength > threshold(line)) {
+    ds_quartic merged = ds_quartic_merge(last->wave, piece.wave, (last->end - last->begin) / length, limit, &strength);
+    if (strength > limit) {
         return 0;
     }
     if (strength > line->negligible) {

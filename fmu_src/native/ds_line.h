@@ -7,31 +7,33 @@
 #include "ds_quartic.h"
 
 typedef struct {
-    double begin; /* 1, fraction of the cell, in [0, 1) */
-    double end;   /* 1, fraction of the cell, in (0, 1] */
+    double begin; /* 1, fraction of the block, in [0, 1) */
+    double end;   /* 1, fraction of the block, in (0, 1] */
     ds_quartic wave; /* rad/s, the wave between them */
-    double square;   /* rad2/s2 cells, integral of its square */
+    double square;   /* rad2/s2 blocks, integral of its square */
 } ds_piece;
 
 static const ds_piece DS_NO_PIECE = {0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0.0};
 
 typedef struct {
     int capacity;         /* 1, pieces the ring can hold */
-    int break_limit;      /* 1, pieces that may begin inside a cell */
+    int break_limit;      /* 1, pieces that may begin inside a block */
     int first;            /* 1, index of the oldest piece */
     int count;            /* 1, pieces in the queue */
-    int breaks;           /* 1, of these, pieces that begin inside a cell */
+    int breaks;           /* 1, of these, pieces that begin inside a block */
     int folded;           /* 1, breaks folded although they were not negligible */
     double negligible;    /* rad/s, strength below which a break is folded without being counted */
-    double square;        /* rad2/s2 cells, integral of the squared wave over the queue */
-    double square_rest;   /* rad2/s2 cells, its compensation */
-    double folded_square; /* rad2/s2 cells, what the folds took from it */
+    double square;        /* rad2/s2 blocks, integral of the squared wave over the queue */
+    double square_rest;   /* rad2/s2 blocks, its compensation */
+    double folded_square; /* rad2/s2 blocks, what the folds took from it */
 } ds_line;
 
-DS_SHARED int ds_line_capacity(int cells);
-DS_SHARED void ds_line_fill(ds_line *line, ds_piece *ring, int cells, double level, double coarseness);
+DS_SHARED int ds_line_capacity(int blocks);
+DS_SHARED void ds_line_fill(ds_line *line, ds_piece *ring, int blocks, double level, double coarseness);
 /* append a piece, whose `square` is computed here, or fold it into the last */
 DS_SHARED void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece);
+/* strength a break must exceed to be kept [rad/s]: the fuller the queue, the greater */
+DS_SHARED double ds_line_threshold(const ds_line *line);
 DS_SHARED ds_piece ds_line_pop(ds_line *line, const ds_piece *ring);
 
 #endif

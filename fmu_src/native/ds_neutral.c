@@ -17,7 +17,7 @@ int ds_neutral_cells(const ds_parameters *parameters, int requested)
 
 size_t ds_neutral_state_size(int cells)
 {
-    return sizeof(ds_neutral_state) + 2 * (size_t)ds_line_capacity(cells) * sizeof(ds_piece);
+    return sizeof(ds_neutral_state) + 2 * (size_t)ds_line_capacity(ds_clock_blocks(cells)) * sizeof(ds_piece);
 }
 
 static ds_piece *down_ring(ds_neutral_state *state)
@@ -49,7 +49,7 @@ void ds_neutral_build(ds_neutral *model, const ds_parameters *parameters, int ce
     model->top.sliding = p->c_a;
     model->cells = ds_neutral_cells(p, cells);
     model->clock.start = start;
-    model->clock.cell = p->L * sqrt(p->I / (p->G * p->J)) / model->cells;
+    model->clock.block = p->L * sqrt(p->I / (p->G * p->J)) / ds_clock_blocks(model->cells);
 }
 
 static void open_top(const ds_neutral *model, ds_neutral_state *state)
@@ -67,13 +67,14 @@ void ds_neutral_start(const ds_neutral *model, ds_neutral_state *state, double i
 {
     const ds_parameters *const p = &model->parameters;
     const double twist = initial_torque / (2.0 * model->impedance);
+    const int blocks = ds_clock_blocks(model->cells);
     const double coarseness = ds_clock_coarseness(&model->clock);
     const ds_ramp drive = {{0, 0.0}, omega, 0.0};
     const ds_ramp pressure = {{0, 0.0}, weight, 0.0};
     const ds_place start = {0, 0.0};
     state->law = bit_law(p, model->impedance);
-    ds_line_fill(&state->up, state->ring, model->cells, 0.5 * initial_speed - twist, coarseness);
-    ds_line_fill(&state->down, down_ring(state), model->cells, 0.5 * initial_speed + twist, coarseness);
+    ds_line_fill(&state->up, state->ring, blocks, 0.5 * initial_speed - twist, coarseness);
+    ds_line_fill(&state->down, down_ring(state), blocks, 0.5 * initial_speed + twist, coarseness);
     ds_top_start(&state->top, initial_torque / (p->G * p->J / p->L));
     state->top.omega = drive;
     ds_bit_start(&state->bit, &model->clock, initial_speed);
@@ -111,10 +112,10 @@ void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state *state, c
     open_bit(model, state);
 }
 
-/* where in the piece that begins and ends at fractions of a cell the present lies */
-static double present_in(const ds_neutral_state *state, int64_t cell, double begin, double end)
+/* where in the piece that begins and ends at fractions of a block the present lies */
+static double present_in(const ds_neutral_state *state, int64_t block, double begin, double end)
 {
-    if (cell != state->present.cell || state->present.fraction <= begin) {
+    if (block != state->present.block || state->present.fraction <= begin) {
         return 0.0;
     }
     return (state->present.fraction - begin) / (end - begin);
@@ -155,15 +156,15 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
     const ds_place goal = ds_clock_place(&model->clock, time);
     ds_top *const top = &state->top;
     ds_bit *const bit = &state->bit;
-    double x = present_in(state, bit->cell, bit->begin, bit->end);
+    double x = present_in(state, bit->block, bit->begin, bit->end);
     ds_bit_extremes(bit, x, x, &state->least, &state->greatest);
-    while (top->cell < goal.cell || bit->cell < goal.cell) {
-        /* an input that changes at the end of a cell has put one of them ahead */
-        const int64_t cell = top->cell < bit->cell ? top->cell : bit->cell;
-        while (top->cell == cell) {
+    while (top->block < goal.block || bit->block < goal.block) {
+        /* an input that changes at the end of a block has put one of them ahead */
+        const int64_t block = top->block < bit->block ? top->block : bit->block;
+        while (top->block == block) {
             next_top(model, state);
         }
-        while (bit->cell == cell) {
+        while (bit->block == block) {
             x = next_bit(model, state, x);
         }
     }
@@ -174,10 +175,10 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
         x = next_bit(model, state, x);
     }
     state->present = goal;
-    widen(state, x, present_in(state, bit->cell, bit->begin, bit->end));
+    widen(state, x, present_in(state, bit->block, bit->begin, bit->end));
 }
 
-/* integral of the squared wave of a piece from a fraction of the cell to its end, in cells */
+/* integral of the squared wave of a piece from a fraction of the block to its end, in blocks */
 static double square_after(ds_piece piece, double fraction)
 {
     const ds_quartic rest = ds_quartic_restrict(piece.wave, (fraction - piece.begin) / (piece.end - piece.begin), 1.0);
@@ -197,18 +198,18 @@ static double stored_energy(const ds_neutral *model, const ds_neutral_state *sta
     down += square_after(bit->incoming, bit->begin + x * (bit->end - bit->begin));
     down += (top->end - top->begin) * ds_quartic_product_integral(top->leaving, top->leaving, y);
     const double speed = ds_quartic_value(bit->turning, x);
-    return model->impedance * model->clock.cell * (up + down) + 0.5 * model->parameters.I_B * (speed * speed);
+    return model->impedance * model->clock.block * (up + down) + 0.5 * model->parameters.I_B * (speed * speed);
 }
 
 void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_outputs *outputs)
 {
     const ds_bit *const bit = &state->bit;
     const ds_top *const top = &state->top;
-    const double cell = model->clock.cell;
-    const double x = present_in(state, bit->cell, bit->begin, bit->end);
-    const double y = present_in(state, top->cell, top->begin, top->end);
-    const double bit_piece = (bit->end - bit->begin) * cell;
-    const double top_piece = (top->end - top->begin) * cell;
+    const double block = model->clock.block;
+    const double x = present_in(state, bit->block, bit->begin, bit->end);
+    const double y = present_in(state, top->block, top->begin, top->end);
+    const double bit_piece = (bit->end - bit->begin) * block;
+    const double top_piece = (top->end - top->begin) * block;
     const ds_quartic speed = ds_top_speed(top);
     outputs->bit_speed = ds_quartic_value(bit->turning, x);
     outputs->top_speed = ds_quartic_value(speed, y);
@@ -228,5 +229,5 @@ void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_
     outputs->bit_loss = bit->loss + bit_piece * ds_bit_power_integral(&state->law, bit, x);
     outputs->cells_used = model->cells;
     outputs->breaks_folded = state->up.folded + state->down.folded;
-    outputs->folded_energy = model->impedance * cell * (state->up.folded_square + state->down.folded_square);
+    outputs->folded_energy = model->impedance * block * (state->up.folded_square + state->down.folded_square);
 }

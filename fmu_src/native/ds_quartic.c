@@ -191,26 +191,31 @@ static ds_quartic projection(ds_quartic c, double s, double w)
     return r;
 }
 
-ds_quartic ds_quartic_merge(ds_quartic a, ds_quartic b, double u, double *difference)
+ds_quartic ds_quartic_merge(ds_quartic a, ds_quartic b, double u, double limit, double *difference)
 {
     ds_quartic base;
     ds_quartic rest;
     double start;
     double width;
-    double jump;
+    const double jump = fabs(b.c0 - ds_quartic_end(a));
+    if (jump > limit) {
+        *difference = jump;
+        return a;
+    }
     if (u >= 0.5) {
         base = ds_quartic_restrict(a, 0.0, 1.0 / u);
         start = u;
         width = 1.0 - u;
         rest = ds_quartic_subtract(b, ds_quartic_restrict(base, u, 1.0));
-        jump = rest.c0;
     } else {
         base = ds_quartic_restrict(b, -u / (1.0 - u), 1.0);
         start = 0.0;
         width = u;
         rest = ds_quartic_subtract(a, ds_quartic_restrict(base, 0.0, u));
-        jump = ds_quartic_end(rest);
     }
-    *difference = fabs(jump) + 0.2 * fabs(rest.c1) + 0.1 * (fabs(rest.c2) + fabs(rest.c3) + fabs(rest.c4));
+    *difference = jump + 0.2 * fabs(rest.c1) + 0.1 * (fabs(rest.c2) + fabs(rest.c3) + fabs(rest.c4));
+    if (*difference > limit) {
+        return base;
+    }
     return ds_quartic_add(base, projection(rest, start, width));
 }

@@ -71,8 +71,9 @@ DS_SHARED void ds_quartic_extremes(ds_quartic c, double x0, double x1, double *l
 /* first x in [0, 1] from which the quartic is positive, DS_NONE if there is none */
 DS_SHARED double ds_quartic_first_positive(ds_quartic c);
 
-/* the quartic on [0, 1] with the first four moments of a on [0, u] and b on [u, 1]; *difference: how much they differ */
-DS_SHARED ds_quartic ds_quartic_merge(ds_quartic a, ds_quartic b, double u, double *difference);
+/* the quartic on [0, 1] with the first four moments of a on [0, u] and b on [u, 1]; *difference: how much they differ.
+ * Where it exceeds the limit the quartic is not worked out */
+DS_SHARED ds_quartic ds_quartic_merge(ds_quartic a, ds_quartic b, double u, double limit, double *difference);
 
 /* the least-squares cubic on [0, 1]: the quartic less its share of the fourth Legendre polynomial */
 static inline ds_quartic ds_quartic_flatten(ds_quartic c)

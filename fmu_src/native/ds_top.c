@@ -2,7 +2,7 @@
 
 void ds_top_start(ds_top *top, double angle)
 {
-    top->cell = 0;
+    top->block = 0;
     top->begin = 0.0;
     top->end = 0.0;
     top->arriving = DS_NO_PIECE.wave;
@@ -23,7 +23,7 @@ void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_l
     const double last = top->incoming.end;
     top->arriving = ds_quartic_restrict(top->incoming.wave, (top->begin - first) / (last - first), 1.0);
     double rise;
-    const double omega = ds_ramp_at(&top->omega, clock, top->cell, top->begin, top->end, &rise);
+    const double omega = ds_ramp_at(&top->omega, clock, top->block, top->begin, top->end, &rise);
     top->leaving.c0 = law->transmission * omega - law->reflection * top->arriving.c0;
     top->leaving.c1 = law->transmission * rise - law->reflection * top->arriving.c1;
     top->leaving.c2 = -law->reflection * top->arriving.c2;
@@ -33,14 +33,14 @@ void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_l
 
 void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *down, ds_piece *down_ring)
 {
-    const double duration = (top->end - top->begin) * clock->cell;
+    const double duration = (top->end - top->begin) * clock->block;
     const ds_piece piece = {top->begin, top->end, top->leaving, 0.0};
     top->angle += duration * ds_quartic_integral(ds_top_speed(top), 1.0);
     top->work += duration * ds_top_power_integral(law, clock, top, 1.0);
     ds_line_push(down, down_ring, piece);
     top->begin = top->end;
     if (top->end >= 1.0) {
-        top->cell += 1;
+        top->block += 1;
         top->begin = 0.0;
         top->incoming = DS_NO_PIECE;
     }
@@ -68,14 +68,14 @@ ds_quartic ds_top_speed(const ds_top *top)
 double ds_top_torque(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x)
 {
     double rise;
-    const double omega = ds_ramp_at(&top->omega, clock, top->cell, top->begin, top->end, &rise);
+    const double omega = ds_ramp_at(&top->omega, clock, top->block, top->begin, top->end, &rise);
     return law->sliding * ((omega + x * rise) - ds_quartic_value(ds_top_speed(top), x));
 }
 
 double ds_top_power_integral(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x)
 {
     double rise;
-    const double omega = ds_ramp_at(&top->omega, clock, top->cell, top->begin, top->end, &rise);
+    const double omega = ds_ramp_at(&top->omega, clock, top->block, top->begin, top->end, &rise);
     const ds_quartic speed = ds_top_speed(top);
     const ds_quartic slip = {omega - speed.c0, rise - speed.c1, -speed.c2, -speed.c3, -speed.c4};
     return law->sliding * ds_quartic_product_integral(slip, speed, x);

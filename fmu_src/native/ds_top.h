@@ -13,8 +13,8 @@ typedef struct {
 } ds_top_law;
 
 typedef struct {
-    int64_t cell;      /* 1, cell of the piece that holds the present */
-    double begin;      /* 1, its begin as a fraction of the cell */
+    int64_t block;      /* 1, block of the piece that holds the present */
+    double begin;      /* 1, its begin as a fraction of the block */
     double end;        /* 1, its end */
     ds_quartic arriving; /* rad/s, U_b(t - Gamma) on the piece */
     ds_quartic leaving;  /* rad/s, D(t) on the piece */

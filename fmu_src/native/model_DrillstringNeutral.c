@@ -7,7 +7,7 @@
 #include "ds_neutral.h"
 #include "ds_table.h"
 
-#define MOST_CELLS_RUN 4503599627370496.0 /* 2^52: up to here a cell number and a fraction of the cell fit a double */
+#define MOST_BLOCKS_RUN 4503599627370496.0 /* 2^52: up to here a block number and a fraction of the block fit a double */
 
 /* The memory holds the model and behind it the state, which ends in an array and so can be no member of a struct. */
 static ds_neutral_state *state_of(ds_neutral *model)
@@ -128,10 +128,10 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
     ds_neutral_state *const state = state_of(model);
     const history before = {value[DS_slip_count], value[DS_last_stop_time], value[DS_breaks_folded]};
     (void)time;
-    if ((end - model->clock.start) / model->clock.cell > MOST_CELLS_RUN) {
+    if ((end - model->clock.start) / model->clock.block > MOST_BLOCKS_RUN) {
         snprintf(journal->reason, sizeof journal->reason,
-                 "the step ends at %.9g s; expected at most %.9g s, as far as cells of %.3g s can be counted", end,
-                 model->clock.start + MOST_CELLS_RUN * model->clock.cell, model->clock.cell);
+                 "the step ends at %.9g s; expected at most %.9g s, as far as blocks of %.3g s can be counted", end,
+                 model->clock.start + MOST_BLOCKS_RUN * model->clock.block, model->clock.block);
         return DS_DISCARD;
     }
     const ds_parameters p = parameters_of(value);

@@ -17,7 +17,7 @@ _AT = {variable.name: index for index, variable in enumerate(DRILLSTRING_NEUTRAL
 _PARAMETERS = tuple(field.name for field in fields(DrillstringParameters))
 _TUNABLE = ("c_b", "mu_cb", "mu_sb", "gamma_b")
 MOST_CELLS = 1e7
-MOST_CELLS_RUN = 2.0**52
+MOST_BLOCKS_RUN = 2.0**52
 """Up to here a cell number and a fraction of the cell fit a float."""
 
 
@@ -50,10 +50,10 @@ class DrillstringNeutral(TableSlave):
     def step(self, values: list[Any], time: float, end: float) -> None:
         """Advance the plant with the inputs held."""
         plant, clock = self.plant, self.plant.clock
-        if (end - clock.start) / clock.cell > MOST_CELLS_RUN:
+        if (end - clock.start) / clock.block > MOST_BLOCKS_RUN:
             raise ValueError(
-                f"the step ends at {end!r} s; expected at most {clock.start + MOST_CELLS_RUN * clock.cell:.9g} s, "
-                f"as far as cells of {clock.cell:.3g} s can be counted"
+                f"the step ends at {end!r} s; expected at most {clock.start + MOST_BLOCKS_RUN * clock.block:.9g} s, "
+                f"as far as blocks of {clock.block:.3g} s can be counted"
             )
         friction = {name: values[_AT[name]] for name in _TUNABLE}
         if any(friction[name] != getattr(plant.parameters, name) for name in _TUNABLE):

@@ -58,6 +58,17 @@ EXPORT double bench_kernel(double step, long steps, int cells)
     return outputs.bit_speed;
 }
 
+/* fmi2DoStep and nothing else; 0 if all calls succeed */
+EXPORT int bench_do_step(const importer *fmu, double step, long steps)
+{
+    for (long k = 0; k < steps; ++k) {
+        if (fmu->do_step(fmu->component, (double)k * step, step, fmi2True) > fmi2OK) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 /* steps of one FMU with every output read; 0 if all calls succeed. With `set`, the input is set before every step */
 EXPORT int bench_fmu(const importer *fmu, double step, long steps, int set, int jump)
 {

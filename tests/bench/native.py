@@ -45,6 +45,7 @@ def loops() -> ctypes.CDLL:
     subprocess.run([*map(str, command), "-lm", "-o", str(library)], check=True)
     loaded = ctypes.CDLL(str(library))
     loaded.bench_kernel.argtypes, loaded.bench_kernel.restype = (c_double, c_long, c_int), c_double
+    loaded.bench_do_step.argtypes = (c_void_p, c_double, c_long)
     loaded.bench_fmu.argtypes = (c_void_p, c_double, c_long, c_int, c_int)
     loaded.bench_coupled.argtypes = (c_void_p, c_void_p, c_uint, c_uint, c_double, c_long)
     return loaded
@@ -80,6 +81,12 @@ def run_plant(step: float, end: float, *, cells: int = 0, jump: bool = False) ->
         bound = importer(plant, "Omega")
         assert loops().bench_fmu(ctypes.byref(bound), step, round(end / step), 1, int(jump)) == 0
         return plant.named()["bit_speed"]
+
+
+def run_do_step(step: float, end: float) -> None:
+    """Run the plant FMU from rest with nothing set and nothing read."""
+    with Drive("DrillstringNeutral", {}) as plant:
+        assert loops().bench_do_step(ctypes.byref(importer(plant, "Omega")), step, round(end / step)) == 0
 
 
 def run_coupled(step: float, end: float) -> None:

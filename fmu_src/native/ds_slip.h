@@ -1,0 +1,33 @@
+/* The bit equation integrated over one piece of slip. Follows models/slip.py, which explains it. */
+#ifndef DS_SLIP_H
+#define DS_SLIP_H
+
+#include "ds_clock.h"
+#include "ds_friction.h"
+#include "ds_linkage.h"
+#include "ds_quartic.h"
+
+/* what is asked of a piece */
+typedef struct {
+    double truncation; /* rad/s, truncation from which on a piece is too rough */
+    double newton;     /* rad/s, correction after which Newton's method ends */
+} ds_accuracy;
+
+/* the weight on bit over a piece */
+typedef struct {
+    double weight; /* N, at its begin */
+    double rise;   /* N, its rise over the piece */
+} ds_pressure;
+
+typedef struct {
+    ds_quartic speed; /* rad/s, bit speed over the piece */
+    double power;     /* W, integral of torque times speed over the piece, per unit of x */
+    double roughness; /* 1, how hard the speed is to follow; a piece above 1 is to be halved */
+} ds_slip;
+
+DS_SHARED ds_accuracy ds_accuracy_on(const ds_clock *clock);
+/* the slip in a direction over a piece of a duration [s] that begins with the speed `start` [rad/s] */
+DS_SHARED ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, int direction, double duration,
+                          double start, ds_quartic arriving, ds_pressure pressure);
+
+#endif

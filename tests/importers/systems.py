@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -44,6 +45,12 @@ def system_of(scenario: str, variant: str | None) -> System:
     loaded = load_scenario(scenario)
     chosen = loaded.variant(variant)
     return loaded.system.with_values(chosen.values if chosen else {})
+
+
+def ordered(system: System, names: Sequence[str]) -> System:
+    """Return the system with its components in another order."""
+    parts = {part.name: part for part in system.components}
+    return replace(system, components=tuple(parts[name] for name in names))
 
 
 def fmu_of(system: System, component: str) -> Path:

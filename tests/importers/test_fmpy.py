@@ -20,7 +20,7 @@ from cosim import load_scenario, simulate
 from cosim.result import Result
 from cosim.signals import Signal, Step, Table
 from tests.importers.loop import differences, given, multiples, run
-from tests.importers.systems import LOOP, NATIVE, OPEN_START, assert_same_bits, our_run, system_of
+from tests.importers.systems import LOOP, NATIVE, OPEN_START, assert_same_bits, ordered, our_run, system_of
 
 PLANT = str(NATIVE / "DrillstringNeutral.fmu")
 DESCRIPTION = fmpy.read_model_description(PLANT)
@@ -132,6 +132,6 @@ def test_a_state_saved_by_fmpy_goes_on_with_the_same_bits(plant: FMU2Slave) -> N
 def test_a_loop_in_fmpy_repeats_our_master(scenario: str, variant: str | None, algorithm: str) -> None:
     ours = our_run(scenario, variant, 0.001, 5000, algorithm)
     start = {name: values[0] for name, values in ours.columns.items()}
-    system = system_of(scenario, variant)
+    system = ordered(system_of(scenario, variant), ours.record["order"])
     found = run(system, multiples(0.001, 5000), given(start), sequential=algorithm == "gauss-seidel")
     assert_same_bits(found, ours)

@@ -40,8 +40,8 @@ from libcosimpy.CosimSlave import CosimLocalSlave
 
 log_output_level(CosimLogLevel.WARNING)
 
-FINE = 1.0 / 1024
-"""A step [s] of which every multiple is exact, and a whole number of half nanoseconds."""
+FINE = 1.0 / 512
+"""A step [s] whose multiples are exact, and a whole number of nanoseconds."""
 TYPES = {"Real": CosimVariableType.REAL, "Integer": CosimVariableType.INTEGER}
 
 
@@ -106,8 +106,8 @@ def samples(observer: CosimObserver, place: int, variable: Variable, steps: int)
 @pytest.mark.parametrize(("scenario", "variant"), OPEN_START)
 def test_libcosim_repeats_our_master_where_times_are_exact(scenario: str, variant: str | None) -> None:
     system = system_of(scenario, variant)
-    found = observed(build(system, FINE * 16), system, 1280)
-    assert_same_bits(found, our_run(scenario, variant, FINE * 16, 1280))
+    found = observed(build(system, FINE * 8), system, 1280)
+    assert_same_bits(found, our_run(scenario, variant, FINE * 8, 1280))
 
 
 @pytest.mark.parametrize(("scenario", "variant"), [*OPEN_START, ("dissipative-law", "printed")])

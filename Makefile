@@ -5,7 +5,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: run test setup fmus lint types unit bench clean
+.PHONY: run test setup fmus all-fmus lint types unit bench clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
@@ -23,6 +23,10 @@ $(VENV)/installed: requirements.txt pyproject.toml
 fmus: setup
 	$(BIN)/python build_fmu.py
 
+# what a release holds and the tests examine: libraries for all platforms in every native FMU
+all-fmus: setup
+	$(BIN)/python build_fmu.py --platform all
+
 lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
@@ -30,7 +34,7 @@ lint: setup
 types: setup
 	$(BIN)/basedpyright
 
-unit: fmus
+unit: all-fmus
 	$(BIN)/python -m pytest
 
 # Compares with what users would do otherwise; numba, jitcdde (needs a C compiler) and pytest-benchmark are its own.

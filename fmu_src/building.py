@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fmu_src import native_build, packing, project
+from fmu_src import native_build, packing
 from fmu_src.description import Packaging, model_description
 from fmu_src.header import table_header
+from fmu_src.licenses import license_files
 from fmu_src.native_build import Target
 from fmu_src.page import documentation_page
 from fmu_src.python_build import python_files
@@ -43,7 +44,7 @@ def build(model: Model, packaging: Packaging, targets: Sequence[Target], output:
     """
     documents = {
         "documentation/index.html": documentation_page(model, packaging),
-        "documentation/licenses/license.txt": project.license_text().encode("utf-8"),
+        **license_files(packaging, targets),
         **appearance(model),
         **reference_files(model),
     }
@@ -56,9 +57,10 @@ def build(model: Model, packaging: Packaging, targets: Sequence[Target], output:
 
 
 def _native(model: Model, targets: Sequence[Target], documents: dict[str, bytes]) -> dict[str, bytes]:
-    # The identity is that of the sources and of how they are compiled: the libraries follow from them, and hold it.
+    # The identity is that of the description, the sources and the way they are compiled: the libraries follow from
+    # them, and hold it. So a library is the same whatever others are beside it.
     sources = source_code(model)
-    identity = documents | sources | {"recipe": native_build.recipe(targets).encode()}
+    identity = sources | {"recipe": native_build.recipe().encode()}
     guid = packing.guid(identity | {"description": model_description(model, Packaging.NATIVE, "")})
     sources[TABLE_HEADER] = table_header(model, guid).encode()
     libraries = {
@@ -71,7 +73,6 @@ def _native(model: Model, targets: Sequence[Target], documents: dict[str, bytes]
 
 
 def _python(model: Model, documents: dict[str, bytes]) -> dict[str, bytes]:
-    files = documents | python_files(model)
-    files["documentation/licenses/pythonfmu.txt"] = project.license_text("pythonfmu").encode("utf-8")
+    files = python_files(model)
     guid = packing.guid(files | {"description": model_description(model, Packaging.PYTHON, "")})
-    return files | {"modelDescription.xml": model_description(model, Packaging.PYTHON, guid)}
+    return documents | files | {"modelDescription.xml": model_description(model, Packaging.PYTHON, guid)}

@@ -9,7 +9,6 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -24,11 +23,11 @@ NATIVE = project.SOURCES / "native"
 FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 # No contraction to fused multiply-add and no -ffast-math: every platform must give the same bits. What clang packs
-# into vectors within straight-line code it first has to gather: the core is a tenth faster without. The functions of a
-# shared library have no prefix (FMI 2.0.4, section 2.1.1).
+# into vectors within straight-line code it first has to gather: the core is a tenth faster without. Nobody reads errno,
+# so a root need not be a call. The functions of a shared library have no prefix (FMI 2.0.4, section 2.1.1).
 FLAGS = (
-    *("-shared", "-std=c99", "-O2", "-ffp-contract=off", "-fno-slp-vectorize", "-fvisibility=hidden", "-fPIC", "-g0"),
-    *("-s", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffunction-sections", "-fdata-sections"),
+    *("-shared", "-std=c99", "-O2", "-ffp-contract=off", "-fno-slp-vectorize", "-fno-math-errno", "-fPIC", "-g0", "-s"),
+    *("-fvisibility=hidden", "-ffunction-sections", "-fdata-sections", "-Wall", "-Wextra", "-Wconversion", "-Werror"),
     "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
 )
 
@@ -85,9 +84,9 @@ def host_target() -> Target:
     return next(target for target in TARGETS if target.folder == _HOSTS[machine])
 
 
-def recipe(targets: Sequence[Target]) -> str:
+def recipe() -> str:
     """Return all that decides what becomes of the sources, as a text."""
-    return f"zig {metadata.version('ziglang')}\n{FLAGS}\n{tuple(targets)}\n"
+    return f"zig {metadata.version('ziglang')}\n{FLAGS}\n{TARGETS}\n"
 
 
 def compile_library(model: Model, sources: dict[str, bytes], target: Target) -> bytes:

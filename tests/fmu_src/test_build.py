@@ -20,12 +20,20 @@ from fmu_src.interface import MODELS
 PACKAGINGS = ("native", "python")
 
 
-def run(root: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run build_fmu.py of a source tree with the compiler's cache of this one."""
+DIST = project.ROOT / "dist"
+
+
+def run(
+    root: Path, *arguments: object, environment: dict[str, str] | None = None, umask: int = -1
+) -> subprocess.CompletedProcess[str]:
+    """Run build_fmu.py of a folder with the compiler's cache of this one."""
     cache = project.ROOT / "build" / "zig"
-    environment = os.environ | {"ZIG_GLOBAL_CACHE_DIR": str(cache / "global"), "NO_COLOR": "1", "COLUMNS": "200"}
+    ours = {"ZIG_GLOBAL_CACHE_DIR": str(cache / "global"), "NO_COLOR": "1", "COLUMNS": "200"}
     command = [sys.executable, str(root / "build_fmu.py"), *map(str, arguments)]
-    return subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        command, cwd=root, env=os.environ | ours | (environment or {}), umask=umask, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
 
 
 def copy_sources(to: Path) -> Path:
@@ -34,7 +42,7 @@ def copy_sources(to: Path) -> Path:
     skip = shutil.ignore_patterns("__pycache__")
     for folder in ("fmu_src", "models"):
         shutil.copytree(project.ROOT / folder, to / folder, ignore=skip)
-    for name in ("build_fmu.py", "pyproject.toml", "LICENSE"):
+    for name in ("build_fmu.py", "pyproject.toml", "LICENSE", "README.md"):
         shutil.copy(project.ROOT / name, to)
     return to
 
@@ -49,17 +57,22 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("packaging", PACKAGINGS)
 @pytest.mark.parametrize("name", MODELS)
-def test_every_fmu_keeps_to_the_standard(built: Path, packaging: str, name: str) -> None:
-    assert validate_fmu(str(built / packaging / f"{name}.fmu")) == []
+def test_every_fmu_keeps_to_the_standard(packaging: str, name: str) -> None:
+    assert validate_fmu(str(DIST / packaging / f"{name}.fmu")) == []
 
 
 @pytest.mark.parametrize("packaging", PACKAGINGS)
 @pytest.mark.parametrize("name", MODELS)
-def test_every_fmu_carries_its_page_and_its_licence(built: Path, packaging: str, name: str) -> None:
-    with zipfile.ZipFile(built / packaging / f"{name}.fmu") as archive:
+def test_every_fmu_carries_its_page_and_all_licences(packaging: str, name: str) -> None:
+    expected = {"native": {"fmi-headers.txt", "zig.txt", "mingw-w64.txt"}, "python": {"pythonfmu.txt"}}
+    with zipfile.ZipFile(DIST / packaging / f"{name}.fmu") as archive:
         names = archive.namelist()
         assert name in archive.read("documentation/index.html").decode()
-        assert archive.read("documentation/licenses/license.txt").startswith(b"MIT License")
+        entry = archive.read("documentation/licenses/license.txt").decode()
+    texts = {name.removeprefix("documentation/licenses/") for name in names if "/licenses/" in name} - {"license.txt"}
+    assert entry.startswith("MIT License")
+    assert texts == expected[packaging]
+    assert {text for text in texts if f"\n  {text}: " in entry} == texts
     assert not [name for name in names if name.startswith("/") or ".." in name or "__pycache__" in name]
 
 
@@ -89,12 +102,33 @@ def test_a_python_fmu_needs_nothing_but_the_standard_library(built: Path, name: 
     assert {name for name in imported - sys.stdlib_module_names if not name.startswith("drillstring_")} == set()
 
 
-def test_another_build_in_another_place_gives_the_same_bytes(built: Path, tmp_path: Path) -> None:
+def assert_same_files(folder: Path, other: Path) -> None:
+    paths = sorted(path.relative_to(folder) for path in folder.rglob("*.fmu"))
+    assert len(paths) == len(PACKAGINGS) * len(MODELS)
+    for path in paths:
+        assert (other / path).read_bytes() == (folder / path).read_bytes(), path
+
+
+def test_a_build_elsewhere_from_nothing_gives_the_bytes_of_dist(tmp_path: Path) -> None:
     elsewhere = copy_sources(tmp_path / "some where" / "else")
-    done = run(elsewhere, "--output", tmp_path / "output")
+    environment = {
+        "ZIG_GLOBAL_CACHE_DIR": str(tmp_path / "zig"), "ZIG_LOCAL_CACHE_DIR": str(tmp_path / "zig"),
+        "HOME": str(tmp_path), "TMPDIR": str(tmp_path), "PYTHONHASHSEED": "271828", "LC_ALL": "C", "TZ": "Pacific/Apia",
+        "SOURCE_DATE_EPOCH": "1234567890",
+    }  # fmt: skip
+    output = tmp_path / "output"
+    done = run(elsewhere, "--platform", "all", "--output", output, environment=environment, umask=0o077)
     assert done.returncode == 0, done.stderr
-    for path in sorted(built.rglob("*.fmu")):
-        assert (tmp_path / "output" / path.relative_to(built)).read_bytes() == path.read_bytes(), path
+    assert_same_files(DIST, output)
+
+
+def test_the_installed_package_builds_the_same_bytes(built: Path, tmp_path: Path) -> None:
+    source, place = copy_sources(tmp_path / "source"), tmp_path / "installed"
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
+    subprocess.run([*pip, "--target", place, source], check=True)
+    done = run(place, "--output", tmp_path / "output", environment={"PYTHONPATH": str(place)})
+    assert done.returncode == 0, done.stderr
+    assert_same_files(built, tmp_path / "output")
 
 
 def test_an_edit_changes_the_identity(built: Path, tmp_path: Path) -> None:

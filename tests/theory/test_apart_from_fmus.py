@@ -1,0 +1,20 @@
+"""No FMU of the python packaging holds the theory: it would need numpy and scipy, which an importer may not have."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from fmu_src.bundle import bundle
+
+
+@pytest.mark.parametrize("model", ["DrillstringNeutral", "DissipativeLaw", "DrillingProgram", "WeightOnBitLaw"])
+def test_bundle_needs_no_numpy(model):
+    _, files = bundle(f"fmu_src.python.{model}")
+    assert any("/models/" in name for name in files)
+    words = {
+        word for source in files.values() for word in re.findall(rb"^\s*(?:import|from) (\w+)", source, re.MULTILINE)
+    }
+    assert not words & {b"numpy", b"scipy"}
+    assert b"math" in words

@@ -87,16 +87,15 @@ At any time `energy` is its initial value plus `work_in` less `bit_loss` less `f
     (
         "How it is computed",
         paragraphs(r"""
-The travel time is divided into $N$ cells, so that both delays are exact. With `cells` = 0, $N$ is the least number, and
-at least 4, with
+The resolution is given in cells, $N$ to a travel time. With `cells` = 0, $N$ is the least number, and at least 4, with
 
 $$ \frac{\Gamma}{N} \le 0.5 \, \text{ms}. $$ model 14
 
-In a cell the waves are polynomials of degree four, and the bit equation is solved by collocation at the four Lobatto
-points, of order six. A jump or a kink at any place splits its cell and travels with the waves through all their
-reflections; one that has become too weak to matter is folded into its cell (`breaks_folded`, `folded_energy`,
-model 16). Both ends are computed ahead of the present time, so that held inputs give the same result whatever the
-communication points are.
+Up to eight cells make a block, in which waves and bit speed are polynomials of degree four where the solution is
+smooth, and of as many pieces as it takes where it is not. The bit equation is solved by collocation at the four Lobatto
+points, of order six. A jump or a kink at any place divides its block and travels with the waves through all their
+reflections; one that has become too weak to matter is folded (`breaks_folded`, `folded_energy`, model 16). Both ends
+are computed ahead of the present time, so that held inputs give the same result whatever the communication points are.
 """),
     ),
 )
@@ -153,11 +152,7 @@ that arrives at the top. The limit of model 18 holds here as well.
 DISSIPATIVE_LAW_LIMITS: tuple[str, ...] = tuple(
     phrase(limit)
     for limit in (
-        "**The printed form cannot hold a drilling speed.** With dry friction it drains the energy for as long as the "
-        "bit turns, so there is no equilibrium in which the bit turns. With the plant's direct feedthrough from "
-        "`Omega` to `top_speed` it is an algebraic loop, which at rest has no solution for any `c_1`, `c_2` and "
-        "reference. Sampled, it chatters through its pole, and what the bit then does depends on `Omega_max` and the "
-        "step size.",
+        "**The printed form cannot hold a drilling speed**, as said above.",
         "In the tracking form the energy of the deviations grows only by what the falling slope of the friction feeds "
         r"into them. A stuck bit is certain to come loose only if $c_a (1 - c_1) r + T_{\text{ref}}$ exceeds the "
         r"static friction; near $c_1 = 1 - Z / c_a$ it stays stuck.",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import pi
 
-from fmu_src import equations
+from fmu_src import equations, guide
 from fmu_src.schema import DisplayUnit, Model, Terminal, Unit, Value, Variability, Variable
 
 UNITS: tuple[Unit, ...] = (
@@ -42,10 +42,12 @@ LOG_CATEGORIES: tuple[tuple[str, str], ...] = (
 )
 
 
-def _input(name: str, unit: str, start: float, text: str, *, low: float = -1e6, high: float = 1e6) -> Variable:
+def _input(
+    name: str, unit: str, start: float, text: str, equation: str, *, low: float = -1e6, high: float = 1e6
+) -> Variable:  # fmt: skip
     return Variable(
         name, "input", text, unit=unit, display=DISPLAY.get(unit), start=start, minimum=low, maximum=high,
-        nominal=NOMINAL[unit],
+        nominal=NOMINAL[unit], equation=equation,
     )  # fmt: skip
 
 
@@ -119,8 +121,8 @@ DRILLSTRING_NEUTRAL = Model(
     name="DrillstringNeutral",
     description="Torsion of an oilwell drillstring as a neutral delay system with set-valued bit friction",
     variables=(
-        _input("Omega", "rad/s", 10.0, "Angular velocity of the rotary drive", low=-1e4, high=1e4),
-        _input("WOB", "N", 97347.0, "Weight on bit", low=0.0, high=1e8),
+        _input("Omega", "rad/s", 10.0, "Angular velocity of the rotary drive", "Eq. (2)", low=-1e4, high=1e4),
+        _input("WOB", "N", 97347.0, "Weight on bit", "Eq. (3)", low=0.0, high=1e8),
         _output("bit_speed", "rad/s", "Angular velocity of the bit", "Eq. (14)", initially=("initial_speed",)),
         _output("top_speed", "rad/s", "Angular velocity of the top of the string", "Eq. (15)", needs=("Omega",), initially=_WAVE),
         _output(
@@ -157,6 +159,7 @@ DRILLSTRING_NEUTRAL = Model(
     ),
     can_interpolate_inputs=True,
     log_categories=LOG_CATEGORIES,
+    use=guide.PLANT_USE,
     equations=equations.PLANT_EQUATIONS,
     limits=equations.PLANT_LIMITS,
     terminals=(_drive("Omega", "top_speed", "bit_speed", "top_torque"), _weight("WOB", "bit_speed")),
@@ -169,10 +172,10 @@ DISSIPATIVE_LAW = Model(
     name="DissipativeLaw",
     description="Drive speed law that keeps the energy of the string from growing, as printed and in tracking form",
     variables=(
-        _input("top_speed", "rad/s", 0.0, "Angular velocity of the top of the string"),
-        _input("bit_speed", "rad/s", 0.0, "Angular velocity of the bit"),
-        _input("bit_speed_ref", "rad/s", 10.0, "Angular velocity the bit is to reach"),
-        _input("bit_torque_ref", "N.m", 0.0, "Torque on bit at the wanted speed (tracking form)", low=-1e8, high=1e8),
+        _input("top_speed", "rad/s", 0.0, "Angular velocity of the top of the string", "Eq. (9), model 19"),
+        _input("bit_speed", "rad/s", 0.0, "Angular velocity of the bit", "Eq. (9), model 19"),
+        _input("bit_speed_ref", "rad/s", 10.0, "Angular velocity the bit is to reach", "Eq. (9), model 19"),
+        _input("bit_torque_ref", "N.m", 0.0, "Torque on bit at the wanted speed (tracking form)", "model 19", low=-1e8, high=1e8),
         _output("Omega", "rad/s", "Angular velocity asked of the rotary drive", "Eq. (9)", needs=_LAW_INPUTS, initially=_LAW_ALL),
         _flag("guard_active", "The divisor of the printed form is held at top_speed_min", "model 18", ("top_speed",), ("top_speed", "top_speed_min", "form")),
         _flag("limit_active", "Omega is held at its limit", "model 18", _LAW_INPUTS, _LAW_ALL),
@@ -189,6 +192,8 @@ DISSIPATIVE_LAW = Model(
     ),
     step_size=0.001,
     log_categories=LOG_CATEGORIES,
+    verdict=guide.DISSIPATIVE_LAW_VERDICT,
+    use=guide.DISSIPATIVE_LAW_USE,
     equations=equations.DISSIPATIVE_LAW_EQUATIONS,
     limits=equations.DISSIPATIVE_LAW_LIMITS,
     terminals=(_drive("Omega", "top_speed", "bit_speed"), _references("bit_speed_ref", "bit_torque_ref")),
@@ -198,13 +203,14 @@ WEIGHT_ON_BIT_LAW = Model(
     name="WeightOnBitLaw",
     description="Weight on bit that follows the bit speed",
     variables=(
-        _input("bit_speed", "rad/s", 0.0, "Angular velocity of the bit"),
+        _input("bit_speed", "rad/s", 0.0, "Angular velocity of the bit", "Eq. (22)"),
         _output("WOB", "N", "Weight on bit, K_w |bit_speed| + WOB_0, at most WOB_max", "Eq. (22)", needs=("bit_speed",), initially=("bit_speed", "K_w", "WOB_0", "WOB_max")),
         _parameter("K_w", "N.s/rad", 5000.0, 0.0, 1e8, f"Gain ({NOT_IN_THE_PAPER})", "Eq. (22)", "tunable"),
         _parameter("WOB_0", "N", 97347.0, 1e-3, 1e8, "Weight kept at rest, greater than 0", "Eq. (22)", "tunable"),
         _parameter("WOB_max", "N", 300000.0, 1e-3, 1e8, f"Upper limit, at least WOB_0 ({NOT_IN_THE_PAPER})", "model 20", "tunable"),
     ),
     log_categories=LOG_CATEGORIES,
+    use=guide.WEIGHT_ON_BIT_LAW_USE,
     equations=equations.WEIGHT_ON_BIT_LAW_EQUATIONS,
     limits=equations.WEIGHT_ON_BIT_LAW_LIMITS,
     terminals=(_weight("WOB", "bit_speed"),),
@@ -248,6 +254,7 @@ DRILLING_PROGRAM = Model(
     ),
     output_derivative_order=1,
     log_categories=LOG_CATEGORIES,
+    use=guide.DRILLING_PROGRAM_USE,
     equations=equations.DRILLING_PROGRAM_EQUATIONS,
     limits=equations.DRILLING_PROGRAM_LIMITS,
     terminals=(_drive("Omega"), _weight("WOB"), _references("speed_ref", "bit_speed_ref", "bit_torque_ref")),

@@ -9,10 +9,23 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from fmu_src import project
 from fmu_src.description import Packaging
+from fmu_src.guide import compiling
 from fmu_src.interface import UNITS
 from fmu_src.schema import Causality, Model, Variable
+from fmu_src.terminals import drawing
 
 TITLES: tuple[tuple[str, Causality], ...] = (("Inputs", "input"), ("Outputs", "output"), ("Parameters", "parameter"))
+
+CONTENTS = (
+    ("use-it", "Use"),
+    ("the-equations", "Equations"),
+    ("the-variables", "Variables"),
+    ("the-limits", "Limits of validity"),
+    ("the-sources", "Sources"),
+    ("the-references", "References"),
+    ("the-licence", "Licence"),
+)
+"""Sections of the page by identifier; a hyphen keeps them apart from the variables, which are identifiers too."""
 
 LIMITS: dict[Packaging, tuple[str, ...]] = {
     Packaging.NATIVE: (
@@ -48,19 +61,30 @@ def documentation_page(model: Model, packaging: Packaging) -> bytes:
         undefined=StrictUndefined,
     )
     groups = [(title, model.select(causality)) for title, causality in TITLES]
+    native = packaging is Packaging.NATIVE
     text = environment.get_template("page.html").render(
         model=model,
         packaging=packaging.value,
         packaging_limits=LIMITS[packaging],
+        contents=[entry for entry in CONTENTS if entry[0] not in _absent(model, packaging)],
+        icon=drawing(model),
+        compiling=compiling(model) if native else "",
         groups=[(title, variables) for title, variables in groups if variables],
         unit=_unit,
         start=_start,
+        shown=_shown,
         span=_span,
         project=project.NAME,
         version=project.version(),
         license=project.LICENSE,
     )
     return text.encode("utf-8")
+
+
+def _absent(model: Model, packaging: Packaging) -> set[str]:
+    """Return the sections the page of this model does not have."""
+    empty = {"use-it": not model.use, "the-equations": not model.equations}
+    return {name for name, absent in (empty | {"the-sources": packaging is Packaging.PYTHON}).items() if absent}
 
 
 def _unit(variable: Variable) -> str:
@@ -78,15 +102,15 @@ def _start(variable: Variable) -> str:
         case "Boolean":
             return str(variable.start).lower()
         case _:
-            return _number(float(cast("float", variable.start))) + _shown(variable)
+            return _number(float(cast("float", variable.start)))
 
 
 def _shown(variable: Variable) -> str:
-    """Return the start value once more in the display unit, in brackets."""
+    """Return the start value once more, in the display unit; empty if there is none."""
     for unit in UNITS:
         for display in unit.display:
             if (unit.name, display.name) == (variable.unit, variable.display) and variable.start:
-                return f" ({float(variable.start) * display.factor:.4g} {display.name})"
+                return f"{float(variable.start) * display.factor:.4g} {display.name}"
     return ""
 
 

@@ -1,6 +1,7 @@
 r"""Text of the documentation pages: paragraphs with `names` between backticks and $formulas$ between dollar signs.
 
-A paragraph that reads ``$$ formula $$ label`` is a displayed equation with a label such as "Eq. (3)" at its right.
+A paragraph that reads ``$$ formula $$ label`` is a displayed equation with a label such as "Eq. (3)" at its right; one
+that is a name alone is a command.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from html import escape
 from fmu_src.mathml import mathml
 
 _DISPLAYED = re.compile(r"\$\$(.+)\$\$\s*([^$]*)", re.DOTALL)
+_COMMAND = re.compile(r"`([^`]+)`")
 _MARKED = re.compile(r"\$([^$]+)\$|`([^`]+)`|\*\*([^*]+)\*\*")
-_ROW = "display: flex; gap: 1rem; align-items: center; overflow-x: auto; padding: 0.5rem 0"
 
 
 def paragraphs(text: str) -> str:
@@ -36,9 +37,12 @@ def phrase(text: str) -> str:
 
 
 def _paragraph(text: str) -> str:
+    command = _COMMAND.fullmatch(text)
+    if command is not None:
+        return f"<pre><code>{escape(command[1])}</code></pre>"
     displayed = _DISPLAYED.fullmatch(text)
     if displayed is None:
         return f"<p>{phrase(text)}</p>"
     formula, label = displayed.groups()
-    equation = f'<math display="block" style="flex: 1; text-align: center">{mathml(formula)}</math>'
-    return f'<div style="{_ROW}">{equation}<span class="reference">{escape(label)}</span></div>'
+    equation = f'<math display="block">{mathml(formula)}</math>'
+    return f'<div class="equation">{equation}<span class="reference">{escape(label)}</span></div>'

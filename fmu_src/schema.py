@@ -46,7 +46,7 @@ class Variable:
     initial_dependencies : tuple of str, optional
         Outputs only: inputs and parameters its value after initialisation depends on.
     equation : str
-        Where the quantity is defined: an equation of the paper, or the page of this project.
+        Where the quantity is defined, or an input enters: an equation of the paper, or the page of this project.
     items : tuple of str
         Enumerations only: the names of the values 1, 2, ...
     """
@@ -108,8 +108,12 @@ class Model:
         Input derivatives of order one are used exactly.
     output_derivative_order : int
         Highest order fmi2GetRealOutputDerivatives answers.
-    equations, limits : tuple of (str, str)
-        Heading and HTML text of the documentation page.
+    equations : tuple of (str, str)
+        Headings and HTML text of the documentation page.
+    use, limits : tuple of str
+        Items of the documentation page, HTML: how to use the FMU, and where it ends to hold.
+    verdict : str
+        What a reader of the documentation page must not miss, HTML; empty if there is nothing.
     """
 
     name: str
@@ -121,7 +125,9 @@ class Model:
     output_derivative_order: int = 0
     log_categories: tuple[tuple[str, str], ...] = ()
     equations: tuple[tuple[str, str], ...] = ()
+    use: tuple[str, ...] = ()
     limits: tuple[str, ...] = field(default=())
+    verdict: str = ""
     terminals: tuple[Terminal, ...] = ()
 
     def value_reference(self, name: str) -> int:

@@ -34,6 +34,12 @@ def appearance(model: Model) -> dict[str, bytes]:
     return files
 
 
+def drawing(model: Model) -> str:
+    """Return the icon of a model as SVG; empty if it has none."""
+    path = ICONS / f"{model.name}.svg"
+    return path.read_text(encoding="utf-8").strip() if path.is_file() else ""
+
+
 def _icon(name: str) -> tuple[bytes, bytes]:
     # the drawing is read as text, so that line ends are the same on every platform
     drawing = (ICONS / f"{name}.svg").read_text(encoding="utf-8").encode("utf-8")

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from fmu_src.guide import compiling
 from fmu_src.interface import MODELS
 from fmu_src.mathml import mathml
 from fmu_src.prose import paragraphs, phrase
@@ -37,10 +38,15 @@ def test_blank_lines_divide_paragraphs() -> None:
     assert text.endswith("\n<p>Two.</p>")
 
 
+def test_a_name_alone_is_a_command() -> None:
+    assert paragraphs("Run\n\n`cc -o a a.c`") == "<p>Run</p>\n<pre><code>cc -o a a.c</code></pre>"
+
+
 @pytest.mark.parametrize("name", MODELS)
-def test_every_fmu_states_its_equations_and_limits_in_well_formed_html(name: str) -> None:
+def test_every_fmu_states_use_equations_and_limits_in_well_formed_html(name: str) -> None:
     model = MODELS[name]
+    assert model.use
     assert model.equations
     assert model.limits
-    for text in (*(text for _, text in model.equations), *model.limits):
+    for text in (model.verdict, *model.use, *(text for _, text in model.equations), *model.limits, compiling(model)):
         ElementTree.fromstring(f"<div>{text.replace('&#8289;', '')}</div>")

@@ -121,6 +121,18 @@ def test_fast_math_is_refused_with_the_reason(compiler: str, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("name", MODELS)
+def test_the_command_on_the_page_compiles_the_library(name: str, compiler: str, tmp_path: Path) -> None:
+    unpack(name, tmp_path)
+    with zipfile.ZipFile(NATIVE / f"{name}.fmu") as archive:
+        page = archive.read("documentation/index.html").decode()
+    (command,) = re.findall(r"<pre><code>cc (.*)</code></pre>", page)
+    arguments = command.replace("HEADERS", str(FMI_HEADERS)).split()
+    run = subprocess.run([compiler, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+    assert (tmp_path / f"{name}.so").is_file()
+
+
+@pytest.mark.parametrize("name", MODELS)
 def test_fmpy_compiles_the_sources_to_an_fmu_of_the_same_bits(
     name: str, compiler: str, instantiate: Callable[..., Instance], tmp_path: Path
 ) -> None:

@@ -133,6 +133,25 @@ class _Page(HTMLParser):
 def test_the_page_shows_every_variable_and_loads_nothing(model: Model, packaging: Packaging) -> None:
     page = _Page()
     page.feed(documentation_page(model, packaging).decode())
-    assert sorted(page.identifiers) == sorted(variable.name for variable in model.variables)
-    assert page.loaded == ["licenses/license.txt"]
+    sections = {name.removeprefix("#") for name in page.loaded if name.startswith("#")}
+    assert sorted(page.identifiers) == sorted([*(variable.name for variable in model.variables), *sections])
+    assert [name for name in page.loaded if not name.startswith("#")] == ["licenses/license.txt"]
     assert page.opened == []
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=lambda model: model.name)
+def test_every_variable_says_which_equation_it_belongs_to(model: Model) -> None:
+    assert [variable.name for variable in model.variables if not variable.equation] == []
+
+
+def test_the_page_of_the_law_begins_with_the_verdict() -> None:
+    page = documentation_page(MODELS["DissipativeLaw"], Packaging.NATIVE).decode()
+    body = page[page.index("</nav>") :]
+    assert body.index("cannot hold a drilling speed") < body.index("<h2")
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=lambda model: model.name)
+def test_only_the_page_of_a_native_fmu_tells_how_to_compile(model: Model) -> None:
+    pages = {packaging: documentation_page(model, packaging).decode() for packaging in Packaging}
+    assert f"sources/{model.name}.c" in pages[Packaging.NATIVE]
+    assert "sources/" not in pages[Packaging.PYTHON].replace("the sources are in resources/", "")

@@ -19,8 +19,11 @@ from cosim.console_log import SentenceHandler
 from cosim.errors import CosimError, InputError
 from cosim.interrupt import interruptible
 from cosim.job import Job, Outcome, run_job
+from cosim.scenario import Scenario
 from cosim.scenario_file import load_scenario, scenario_names
 from cosim.signals import Value
+from cosim.ssp.reading import open_ssp
+from cosim.ssp.writing import export_ssp
 from cosim.statement import statement
 from cosim.store import FIGURE, MANIFEST, TRAJECTORY
 
@@ -48,7 +51,9 @@ def list_scenarios() -> None:
 
 @app.command()
 def run(
-    scenario: Annotated[str, typer.Argument(help="A name from `cosim list`, or a .toml file.", metavar="SCENARIO")],
+    scenario: Annotated[
+        str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
+    ],
     packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
     algorithm: Annotated[str | None, typer.Option(help="Master algorithm: jacobi or gauss-seidel.")] = None,
     step_size: Annotated[float | None, typer.Option(help="Communication step size in s.")] = None,
@@ -60,8 +65,7 @@ def run(
     output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/<scenario>.")] = None,
 ) -> None:
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
-    with _sentences():
-        loaded = load_scenario(scenario)
+    with _sentences(), _opened(scenario, stop_time, step_size) as loaded:
         overrides = dict(_override(text) for text in set_ or ())
         job = Job(loaded, packaging, algorithm, step_size, stop_time, overrides, tuple(dict.fromkeys(variant or ())))
         folder = output or Path("runs", loaded.name)
@@ -71,6 +75,27 @@ def run(
         console.print(_summary(outcomes))
         _print_remarks(console, outcomes)
         _print_paths(console, folder, job.labels)
+
+
+@app.command()
+def export(
+    scenario: Annotated[
+        str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
+    ],
+    file: Annotated[Path, typer.Argument(help="The .ssp file to write.", metavar="FILE.ssp")],
+    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
+    ] = None,
+    variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
+) -> None:
+    """Write a scenario, with its FMUs, as one file that other tools read (SSP 1.0)."""
+    with _sentences(), _opened(scenario) as loaded:
+        if file.suffix != ".ssp":
+            raise InputError(f"{file}: expected a name that ends in .ssp")
+        overrides = dict(_override(text) for text in set_ or ())
+        export_ssp(loaded, file, packaging=packaging, variant=variant, overrides=overrides)
+        _console().print(Text(f"wrote {file}"), soft_wrap=True)
 
 
 def main() -> None:
@@ -102,6 +127,16 @@ def _sentences() -> Generator[None]:
         raise typer.Exit(_INTERRUPTED) from None
     finally:
         logger.removeHandler(handler)
+
+
+@contextmanager
+def _opened(scenario: str, stop_time: float | None = None, step_size: float | None = None) -> Generator[Scenario]:
+    """Load a scenario by name or from a file of either kind; the times matter where an .ssp file gives none."""
+    if Path(scenario).suffix != ".ssp":
+        yield load_scenario(scenario)
+        return
+    with open_ssp(scenario, stop_time=stop_time, step_size=step_size) as loaded:
+        yield loaded
 
 
 def _run_with_bar(job: Job, folder: Path) -> dict[str, Outcome]:

@@ -30,6 +30,10 @@ class ScenarioError(InputError):
     """A scenario that does not exist, cannot be read, or says something unknown."""
 
 
+class SspError(InputError):
+    """An .ssp file that cannot be read, or a system that cannot be written as one."""
+
+
 class FmuFileError(InputError):
     """A file that is missing or is not an FMI 2.0 co-simulation FMU for this platform."""
 

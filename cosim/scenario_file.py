@@ -47,7 +47,8 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
         path = SCENARIOS / f"{name_or_path}.toml"
         if str(name_or_path) not in scenario_names():
             hint = suggestion(str(name_or_path), scenario_names())
-            raise ScenarioError(f"there is no scenario '{name_or_path}'{hint or '; a file name must end in .toml'}")
+            hint = hint or "; a file name must end in .toml or .ssp"
+            raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

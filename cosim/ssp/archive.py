@@ -1,0 +1,100 @@
+"""The .ssp file itself: members read by name, and archives that depend on nothing but names and contents."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from urllib.parse import unquote, urlsplit
+
+from cosim.errors import SspError
+from cosim.ssp.vocabulary import STRUCTURE
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+class SspArchive:
+    """An open .ssp file, of which members are read one by one, never unpacked by their own names."""
+
+    def __init__(self, path: Path, file: zipfile.ZipFile) -> None:
+        self.path = path
+        self._file = file
+        self._names = file.namelist()
+
+    def read(self, name: str) -> bytes:
+        """Return the content of a member.
+
+        Raises
+        ------
+        SspError
+            If there is none of that name or it is damaged.
+        """
+        if name not in self._names:
+            raise SspError(f"{self.path}: there is no {name} in it")
+        try:
+            return self._file.read(name)
+        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, NotImplementedError) as error:
+            raise SspError(f"{self.path}: {name} cannot be read: {error}") from error
+
+    def number(self, name: str) -> int:
+        """Return the place of a member in the archive; -1 if it is not there."""
+        return self._names.index(name) if name in self._names else -1
+
+    def member(self, source: str, what: str) -> str:
+        """Return the name of the member that a URI of the description means.
+
+        Raises
+        ------
+        SspError
+            If the URI leads out of the archive.
+        """
+        parts = urlsplit(source)
+        path = PurePosixPath(unquote(parts.path))
+        outside = path.is_absolute() or ".." in path.parts or "\\" in str(path)
+        if parts.scheme or parts.netloc or parts.query or parts.fragment or outside or not path.parts:
+            raise SspError(f"{self.path}: the source of {what} is '{source}'; expected a path within the archive")
+        return str(path)
+
+
+@contextmanager
+def open_archive(path: Path) -> Generator[SspArchive]:
+    """Open an .ssp file for reading.
+
+    Raises
+    ------
+    SspError
+        If it is missing, is not a zip archive, or holds no SystemStructure.ssd.
+    """
+    try:
+        file = zipfile.ZipFile(path)
+    except FileNotFoundError:
+        raise SspError(f"{path}: there is no such file") from None
+    except zipfile.BadZipFile:
+        raise SspError(f"{path} is not an SSP file: it is not a zip archive") from None
+    except OSError as error:
+        raise SspError(f"{path}: cannot be read: {error.strerror}") from error
+    with file:
+        if STRUCTURE not in file.namelist():
+            raise SspError(f"{path} is not an SSP file: there is no {STRUCTURE} in it")
+        yield SspArchive(path, file)
+
+
+def pack(files: Mapping[str, bytes]) -> bytes:
+    """Return a zip archive, the description first; stored, since compressors differ in the bytes they make.
+
+    Parameters
+    ----------
+    files : mapping of str to bytes
+        Contents by name.
+    """
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as out:
+        for name in sorted(files, key=lambda name: (name != STRUCTURE, name)):
+            entry = zipfile.ZipInfo(name, _EPOCH)
+            entry.create_system = 3  # Unix, on every host, so that the permissions below count
+            entry.external_attr = 0o100644 << 16
+            out.writestr(entry, files[name])
+    return buffer.getvalue()

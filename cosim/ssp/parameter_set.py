@@ -40,19 +40,21 @@ class Given:
         return (self.value * source.factor + source.offset - target.offset) / target.factor
 
 
-def parameter_set(name: str, values: Mapping[str, Value], description: Description) -> Element:
+SET_NAME = "start values"
+"""Of the parameter sets of all components: Ecos is told which sets to use by one name."""
+
+
+def parameter_set(values: Mapping[str, Value], description: Description) -> Element:
     """Make a parameter set of values for an FMU.
 
     Parameters
     ----------
-    name : str
-        Of the set.
     values : mapping of str to value
         By variable, as `cosim.parameters.start_values` returns them: enumeration items by number.
     description : Description
         Of the FMU.
     """
-    root = Element(ssv("ParameterSet"), version="1.0", name=name)
+    root = Element(ssv("ParameterSet"), version="1.0", name=SET_NAME)
     parameters = SubElement(root, ssv("Parameters"))
     for variable, value in values.items():
         parameter = SubElement(parameters, ssv("Parameter"), name=variable)

@@ -89,8 +89,7 @@ def ssp_files(scenario: Scenario, packaging: str) -> dict[str, bytes]:
     files = {source: paths[name].read_bytes() for name, source in sources.items()}
     for part in parts:
         if part.values:
-            values = parameter_set(part.component.name, part.values, part.description)
-            files[_set_name(part)] = write_document(values)
+            files[_set_name(part)] = write_document(parameter_set(part.values, part.description))
     return {STRUCTURE: write_document(_structure(scenario, system, parts, marked)), **files}
 
 

@@ -5,8 +5,9 @@ The master knows an FMU by this alone. `read_description` is the only place wher
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
-import zipfile
+import re
+import tempfile
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,7 +16,11 @@ from typing import Literal, cast
 
 import fmpy.model_description as fmpy_md  # pyright: ignore[reportMissingTypeStubs]
 
+from cosim.archive import open_archive
 from cosim.errors import FmuFileError
+from cosim.xml_check import check_xml
+
+_FILE = "modelDescription.xml"
 
 VariableType = Literal["Real", "Integer", "Boolean", "Enumeration", "String"]
 
@@ -117,12 +122,14 @@ def read_description(path: Path) -> Description:
     Raises
     ------
     FmuFileError
-        If the file is missing, is not a zip archive, has no valid modelDescription.xml, or is not an FMU for
-        co-simulation by FMI 2.0.
+        If the file is missing, is not a zip archive that can safely be opened, has no valid modelDescription.xml, or is
+        not an FMU for co-simulation by FMI 2.0.
     """
-    _refuse_other_versions(path)
+    content = _checked_content(path)
     try:
-        read = fmpy_md.read_model_description(str(path))  # pyright: ignore[reportUnknownMemberType]
+        with tempfile.TemporaryDirectory(prefix="cosim-") as folder:
+            Path(folder, _FILE).write_bytes(content)
+            read = fmpy_md.read_model_description(folder)  # pyright: ignore[reportUnknownMemberType]
     except fmpy_md.ValidationError as error:
         problems = "; ".join(str(problem) for problem in cast(list[object], error.problems))
         raise FmuFileError(f"{path}: modelDescription.xml is not valid: {problems}") from error
@@ -131,6 +138,7 @@ def read_description(path: Path) -> Description:
     slave = read.coSimulation
     if slave is None:
         raise FmuFileError(f"{path} is an FMU for model exchange only; expected one for co-simulation")
+    _refuse_ambiguous_names(path, read)
     units = {str(unit.name): _unit(unit) for unit in read.unitDefinitions}
     return Description(
         model_name=str(read.modelName),
@@ -147,25 +155,30 @@ def read_description(path: Path) -> Description:
     )
 
 
-def _refuse_other_versions(path: Path) -> None:
-    """Refuse what is not an archive that holds a description by FMI 2.0, before fmpy looks at it."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            text = archive.read("modelDescription.xml")
-    except FileNotFoundError:
-        raise FmuFileError(f"{path}: there is no such file") from None
-    except KeyError:
-        raise FmuFileError(f"{path} is not an FMU: there is no modelDescription.xml in it") from None
-    except zipfile.BadZipFile:
-        raise FmuFileError(f"{path} is not an FMU: it is not a zip archive") from None
-    except OSError as error:
-        raise FmuFileError(f"{path}: cannot be read: {error.strerror}") from error
-    try:
-        version = ElementTree.fromstring(text).get("fmiVersion")
-    except ElementTree.ParseError as error:
-        raise FmuFileError(f"{path}: modelDescription.xml is not XML: {error}") from None
+def _checked_content(path: Path) -> bytes:
+    """Return modelDescription.xml, refusing what fmpy must not see and what is not of FMI 2.0."""
+    with open_archive(path) as archive:
+        if _FILE not in archive.names:
+            raise FmuFileError(f"{path} is not an FMU: there is no {_FILE} in it")
+        content = archive.read(_FILE)
+    version = check_xml(content, f"{path}: {_FILE}", FmuFileError).attributes.get("fmiVersion")
     if version != "2.0":
         raise FmuFileError(f"{path}: FMI version is {version or 'not given'}; expected 2.0")
+    return content
+
+
+def _refuse_ambiguous_names(path: Path, read: fmpy_md.ModelDescription) -> None:
+    """Refuse names that mean two variables, and a model identifier that could lead to a file elsewhere.
+
+    The identifier is to be a name in C (FMI 2.0, section 4.3.1); tools have put points and hyphens into it as well.
+    """
+    identifier = str(read.coSimulation.modelIdentifier) if read.coSimulation else ""
+    if not re.fullmatch(r"\w[\w.-]*", identifier):
+        raise FmuFileError(f"{path}: modelIdentifier is {identifier!r}; expected a name of letters, digits and _")
+    counts = Counter(str(variable.name) for variable in read.modelVariables)
+    name, count = counts.most_common(1)[0] if counts else ("", 0)
+    if count > 1:
+        raise FmuFileError(f"{path}: {count} variables are named '{name}'; expected each name once")
 
 
 def _feedthrough(unknowns: list[fmpy_md.Unknown]) -> dict[str, frozenset[str]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-import zipfile
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 import fmpy  # pyright: ignore[reportMissingTypeStubs]
 from fmpy.fmi2 import FMU2Slave  # pyright: ignore[reportMissingTypeStubs]
 
+from cosim.archive import open_archive
 from cosim.description import Description
 from cosim.errors import FmuFileError
 
@@ -51,11 +51,12 @@ def loaded_fmu(name: str, path: Path, description: Description) -> Generator[Any
     Raises
     ------
     FmuFileError
-        If there is no binary for this platform or it cannot be loaded.
+        If the file cannot be unpacked, there is no binary for this platform or it cannot be loaded.
     """
     binary = find_binary(path, description.model_identifier)
     with tempfile.TemporaryDirectory(prefix="cosim-", ignore_cleanup_errors=True) as folder:
-        _unpack(path, Path(folder))
+        with open_archive(path) as archive:
+            archive.unpack(Path(folder))
         fmu = _load(name, path, Path(folder, binary), description, folder)
         try:
             yield fmu
@@ -71,8 +72,8 @@ def find_binary(path: Path, model_identifier: str) -> str:
     FmuFileError
         If there is none.
     """
-    with zipfile.ZipFile(path) as archive:
-        names = set(archive.namelist())
+    with open_archive(path) as archive:
+        names = archive.names
     file = model_identifier + fmpy.sharedLibraryExtension
     for folder in _FOLDERS.get(fmpy.platform_tuple, (fmpy.platform_tuple,)):
         if f"binaries/{folder}/{file}" in names:
@@ -81,16 +82,6 @@ def find_binary(path: Path, model_identifier: str) -> str:
     platforms = sorted({part[1] for part in parts if len(part) > 2 and part[0] == "binaries" and part[-1]})
     has = ", ".join(platforms) or "none"
     raise FmuFileError(f"{path}: there is no {file} for {fmpy.platform_tuple} in it; it has binaries for {has}")
-
-
-def _unpack(path: Path, folder: Path) -> None:
-    """Unpack an FMU."""
-    try:
-        fmpy.extract(path, folder)  # pyright: ignore[reportUnknownMemberType]
-    except OSError as error:
-        raise FmuFileError(f"{path}: cannot be unpacked to {folder}: {error}") from error
-    except Exception as error:  # fmpy raises bare Exception for a path that leads out of the archive
-        raise FmuFileError(f"{path}: cannot be unpacked: {error}") from error
 
 
 def _load(name: str, path: Path, binary: Path, description: Description, folder: str) -> Any:

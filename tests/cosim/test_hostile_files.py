@@ -1,0 +1,332 @@
+"""Hostile files through the front door: each is refused in a sentence, writes nothing, and leaves the master alive."""
+
+from __future__ import annotations
+
+import gzip
+import re
+import stat
+import zipfile
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner, Result
+
+from cosim.archive import FREE_RATIO_BYTES, MOST_BYTES, MOST_IN_MEMORY, MOST_MEMBERS, open_archive
+from cosim.cli import app
+from cosim.errors import FmuFileError
+from cosim.xml_check import MOST_DEPTH
+from tests.cosim import hostile
+from tests.cosim.hostile import named, of_kind, pack
+
+DESCRIPTION = "modelDescription.xml"
+SCENARIO = """
+stop_time = 0.1
+step_size = 0.1
+
+[components.guest]
+fmu = "guest.fmu"
+"""
+Members = dict[str, bytes]
+Make = Callable[[Members], bytes]
+
+
+@pytest.fixture
+def members(probe: Path) -> Members:
+    """What is in an honest FMU; the file itself is taken away."""
+    with zipfile.ZipFile(probe) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    probe.unlink()
+    return content
+
+
+@pytest.fixture
+def house(tmp_path: Path, no_leftovers: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working directory below a folder in which everything is watched."""
+    folder = tmp_path / "above" / "here"
+    folder.mkdir(parents=True)
+    (folder / "guest.toml").write_text(SCENARIO)
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def everything_below(folder: Path) -> dict[Path, tuple[int, int]]:
+    return {path: (path.lstat().st_mode, path.lstat().st_size) for path in sorted(folder.rglob("*"))}
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, ["run", "guest.toml", *arguments])
+
+
+def refuse(house: Path, archive: bytes, code: int = 2) -> str:
+    """Run a scenario with an FMU that must be refused, and return the sentence."""
+    (house / "guest.fmu").write_bytes(archive)
+    above = house.parents[1]
+    before = everything_below(above)
+    result = run()
+    assert result.exit_code == code, result.output
+    assert "Traceback" not in result.output
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("error: ")
+    assert everything_below(above) == before
+    return lines[0]
+
+
+def of_description(old: str, new: str) -> Make:
+    """Return what packs an FMU with a replacement in its description."""
+
+    def make(members: Members) -> bytes:
+        text = members[DESCRIPTION].decode()
+        assert old in text
+        return pack({**members, DESCRIPTION: text.replace(old, new).encode()})
+
+    return make
+
+
+def described_by(change: Callable[[str], bytes]) -> Make:
+    """Return what packs an FMU with another description."""
+    return lambda members: pack({**members, DESCRIPTION: change(members[DESCRIPTION].decode())})
+
+
+def with_document_type(declarations: str, use: str) -> Make:
+    """Return what packs an FMU whose description declares entities and uses one in its model name."""
+
+    def change(text: str) -> bytes:
+        head, root = text.split("?>", 1)
+        root = root.replace('modelName="Probe"', f'modelName="{use}"')
+        return f"{head}?><!DOCTYPE fmiModelDescription [{declarations}]>{root}".encode()
+
+    return described_by(change)
+
+
+LAUGHS = '<!ENTITY a0 "ha">' + "".join(f'<!ENTITY a{n} "{f"&a{n - 1};" * 10}">' for n in range(1, 12))
+NESTED = "<a>" * (MOST_DEPTH + 1) + "</a>" * (MOST_DEPTH + 1)
+DEEP = f'<VendorAnnotations><Tool name="t">{NESTED}</Tool></VendorAnnotations><ModelVariables>'
+
+NAMES = {
+    "parent": ("../outside.txt", r"'\.\./outside\.txt' leads out of the archive"),
+    "parent further on": ("resources/../../outside.txt", "leads out of the archive"),
+    "absolute path": ("/outside.txt", "is an absolute path"),
+    "drive": ("C:/outside.txt", "has a colon in it"),
+    "stream": ("resources/table.csv:hidden", "has a colon in it"),
+    "backslash": ("..\\outside.txt", "has a backslash in it"),
+    "nul": ("resources/fine.txt\0../../outside.txt", r"'resources/fine\.txt\\x00.*' has a control character in it"),
+    "escape sequence": ("resources/\x1b[2J.txt", r"'resources/\\x1b\[2J\.txt' has a control character in it"),
+    "device": ("resources/aux.txt", "is a device on Windows"),
+    "superscript device": ("resources/COM¹", "is a device on Windows"),
+    "dot at the end": ("resources/table.csv.", "has a part that ends in a dot or a space"),
+    "empty part": ("resources//table.csv", "has an empty part"),
+    "too long": ("resources/" + "a/" * 3000 + "b", "has 6011 characters; expected at most 1000"),
+}
+
+KINDS = {
+    "symbolic link": (stat.S_IFLNK, "resources/link is a symbolic link"),
+    "character device": (stat.S_IFCHR, "resources/link is a character device"),
+    "block device": (stat.S_IFBLK, "resources/link is a block device"),
+    "pipe": (stat.S_IFIFO, "resources/link is a pipe"),
+    "socket": (stat.S_IFSOCK, "resources/link is a socket"),
+}
+
+ARCHIVES: dict[str, tuple[Make, str]] = {
+    "file behind a link": (
+        lambda m: pack(m, (of_kind("resources", stat.S_IFLNK), b"/tmp"), ("resources/outside.txt", b"x")),
+        "the member resources is a symbolic link",
+    ),
+    "two descriptions": (
+        lambda m: pack(m, ("modelDescription.xmL", b"<a/>")).replace(b".xmL", b".xml"),
+        "'modelDescription.xml' and 'modelDescription.xml' claim the same place",
+    ),
+    "names that differ in case": (
+        lambda m: pack(m, ("MODELDESCRIPTION.XML", b"<a/>")),
+        "'modelDescription.xml' and 'MODELDESCRIPTION.XML' claim the same place",
+    ),
+    "names that differ in composition": (
+        lambda m: pack(m, ("resources/\xe9", b""), ("resources/e\u0301", b"")),
+        "claim the same place",
+    ),
+    "a file that is a folder": (
+        lambda m: pack(m, ("resources", b""), ("resources/a", b"")),
+        "'resources' and 'resources/a' claim the same place",
+    ),
+    "zip bomb": (
+        lambda m: pack(m, ("resources/zeros", bytes(2 * FREE_RATIO_BYTES))),
+        r"it unpacks to 33\.\d MB, \d+ times its size; expected at most 200 times",
+    ),
+    "overlapping bomb": (
+        lambda m: hostile.overlapping(m, gzip.compress(bytes(10**5)) * 3, 50),
+        "the members resources/.* and resources/.* overlap",
+    ),
+    "too many members": (
+        lambda m: pack(m, *((f"resources/{index}", b"") for index in range(MOST_MEMBERS))),
+        f"it has {MOST_MEMBERS + 2} members; expected at most {MOST_MEMBERS}",
+    ),
+    "more than the limit": (
+        lambda m: hostile.with_zip64_size("resources/a", 2 * MOST_BYTES)(
+            pack(m, (hostile.zip64_entry("resources/a"), b"x"))
+        ),
+        r"it has 8590\.0 MB unpacked; expected at most 4295\.0 MB",
+    ),
+    "endless size": (
+        lambda m: hostile.with_zip64_size("resources/a", 2**63 - 1)(
+            pack(m, (hostile.zip64_entry("resources/a"), b"x"))
+        ),
+        r"it has 9223372036854\.\d MB unpacked",
+    ),
+    "a description without end": (
+        lambda m: hostile.with_size(pack(m, compression=zipfile.ZIP_STORED), DESCRIPTION, MOST_IN_MEMORY + 1),
+        r"modelDescription\.xml has 134\.2 MB unpacked|unpacks to",
+    ),
+    "bzip2": (
+        lambda m: pack(m, compression=zipfile.ZIP_BZIP2),
+        "is compressed by method 12; expected 8, deflate",
+    ),
+    "lzma": (lambda m: pack(m, compression=zipfile.ZIP_LZMA), "is compressed by method 14"),
+    "encrypted": (lambda m: hostile.encrypted(pack(m), DESCRIPTION), "modelDescription.xml is encrypted"),
+    "wrong CRC": (lambda m: hostile.with_crc(pack(m), DESCRIPTION, 1), "modelDescription.xml is damaged: Bad CRC-32"),
+    "declared too small": (lambda m: hostile.with_size(pack(m), DESCRIPTION, 10), "modelDescription.xml is damaged"),
+    "declared too large": (
+        lambda m: hostile.with_size(pack(m), DESCRIPTION, len(m[DESCRIPTION]) + 10),
+        "modelDescription.xml is damaged: it has",
+    ),
+    "a member in the directory": (
+        lambda m: hostile.with_offset(pack(m), DESCRIPTION, len(pack(m)) - 40),
+        "is damaged: there is no member at byte",
+    ),
+    "a member beyond the end": (lambda m: hostile.with_offset(pack(m), DESCRIPTION, 2**31), "it is damaged"),
+    "two members in one place": (
+        lambda m: hostile.with_offset(pack(m, ("resources/a", b"x")), "resources/a", 0),
+        "overlap",
+    ),
+    "another name at the member": (
+        lambda m: pack(m).replace(DESCRIPTION.encode(), b"modelDescriptiom.xml", 1),
+        "modelDescription.xml is damaged: File name in directory .* and header .* differ",
+    ),
+    "truncated": (lambda m: pack(m)[:-100], "is not an FMU: it is not a zip archive"),
+    "beginning cut off": (lambda m: pack(m)[100:], "it is damaged: its beginning is missing"),
+    "empty": (lambda m: b"", "is not an FMU: it is not a zip archive"),
+    "text": (lambda m: b"an FMU, honestly", "is not an FMU: it is not a zip archive"),
+    "names in no encoding": (
+        lambda m: pack(m, ("resources/\xe9", b"")).replace("\xe9".encode(), b"\xff\xff"),
+        "is not an FMU: it is not a zip archive, or is damaged: 'utf-8' codec",
+    ),
+    "no description": (lambda m: pack({"a": b""}), "there is no modelDescription.xml in it"),
+}
+
+DESCRIPTIONS: dict[str, tuple[Make, str]] = {
+    "billion laughs": (with_document_type(LAUGHS, "&a11;"), "has a document type declaration"),
+    "quadratic entities": (
+        with_document_type(f'<!ENTITY a "{"x" * 50_000}">', "&a;" * 5_000),
+        "has a document type declaration",
+    ),
+    "external entity": (with_document_type('<!ENTITY a SYSTEM "file:///etc/passwd">', ""), "document type declaration"),
+    "parameter entity": (
+        with_document_type('<!ENTITY % a SYSTEM "file:///etc/passwd"> %a;', "x"),
+        "document type declaration",
+    ),
+    "external document type": (
+        of_description("<fmiModelDescription", '<!DOCTYPE a SYSTEM "http://localhost:9/a.dtd"><fmiModelDescription'),
+        "document type declaration",
+    ),
+    "nested too deep": (of_description("<ModelVariables>", DEEP), "is nested more than 100 elements deep"),
+    "utf-16": (
+        described_by(lambda text: text.replace("UTF-8", "UTF-16").encode("utf-16")),
+        "is not in UTF-8: byte 0 is 0xff",
+    ),
+    "declared as Latin-1": (of_description("UTF-8", "ISO-8859-1"), "is declared to be in ISO-8859-1; expected UTF-8"),
+    "not in UTF-8": (described_by(lambda text: text.replace("Probe", "Pr\xf6be").encode("latin-1")), "0xf6"),
+    "not XML": (described_by(lambda text: text.encode()[:-20]), "modelDescription.xml is not XML"),
+    "version 1.0": (of_description('fmiVersion="2.0"', 'fmiVersion="1.0"'), "FMI version is 1.0; expected 2.0"),
+    "no version": (of_description('fmiVersion="2.0"', ""), "FMI version is not given; expected 2.0"),
+    "another document": (
+        described_by(lambda text: b'<a fmiVersion="2.0"/>'),
+        "modelDescription.xml is not valid",
+    ),
+    "model exchange only": (
+        of_description(
+            '<CoSimulation modelIdentifier="probe" canHandleVariableCommunicationStepSize="true"'
+            ' canInterpolateInputs="true"',
+            '<ModelExchange modelIdentifier="probe"',
+        ),
+        "is an FMU for model exchange only",
+    ),
+    "two variables of one name": (of_description('name="v"', 'name="u"'), "'?u'?"),
+    "no value reference": (of_description(' valueReference="2" causality="output"', ""), "valueReference"),
+    "reference too large": (of_description('valueReference="6"', 'valueReference="4294967296"'), "not valid"),
+    "a variable that is not there": (of_description('<Unknown index="5"/>', '<Unknown index="99"/>'), "99|index"),
+    "identifier with a path": (
+        of_description('modelIdentifier="probe"', 'modelIdentifier="../../../outside"'),
+        r"modelIdentifier is '\.\./\.\./\.\./outside'; expected a name of letters, digits and _",
+    ),
+    "absolute identifier": (of_description('modelIdentifier="probe"', 'modelIdentifier="/lib/libc"'), "'/lib/libc'"),
+    "identifier of Windows": (of_description('modelIdentifier="probe"', 'modelIdentifier="..\\a"'), "expected a name"),
+}
+
+
+@pytest.mark.parametrize(("name", "message"), NAMES.values(), ids=NAMES)
+def test_a_name_that_leads_elsewhere_is_refused(house: Path, members: Members, name: str, message: str) -> None:
+    assert_matches(message, refuse(house, pack(members, (named(name), b"outside"))))
+
+
+@pytest.mark.parametrize(("mode", "message"), KINDS.values(), ids=KINDS)
+def test_what_is_neither_file_nor_folder_is_refused(house: Path, members: Members, mode: int, message: str) -> None:
+    assert_matches(message, refuse(house, pack(members, (of_kind("resources/link", mode), b"../../outside"))))
+
+
+@pytest.mark.parametrize(("make", "message"), ARCHIVES.values(), ids=ARCHIVES)
+def test_an_archive_that_lies_or_is_damaged_is_refused(house: Path, members: Members, make: Make, message: str) -> None:
+    assert_matches(message, refuse(house, make(members)))
+
+
+@pytest.mark.parametrize(("make", "message"), DESCRIPTIONS.values(), ids=DESCRIPTIONS)
+def test_a_description_that_cannot_be_trusted_is_refused(
+    house: Path, members: Members, make: Make, message: str
+) -> None:
+    assert_matches(message, refuse(house, make(members)))
+
+
+def test_an_archive_within_an_archive_stays_packed(house: Path, members: Members) -> None:
+    bomb = pack({"zeros": bytes(10 * FREE_RATIO_BYTES)})
+    (house / "guest.fmu").write_bytes(pack(members, ("resources/bomb.zip", bomb)))
+    assert run().exit_code == 0
+    assert (house / "runs" / "guest" / "trajectory.csv").is_file()
+
+
+def test_another_name_in_an_extra_field_leads_nowhere(house: Path, members: Members) -> None:
+    entry = hostile.with_unicode_name("resources/a", "../../outside.txt")
+    (house / "guest.fmu").write_bytes(pack(members, (entry, b"outside")))
+    assert run().exit_code in (0, 2)  # readers since Python 3.13 see the other name, and it is refused
+    assert {path.name for path in house.iterdir()} <= {"guest.fmu", "guest.toml", "runs"}
+    assert [path.name for path in house.parent.iterdir()] == ["here"]
+
+
+def test_the_master_goes_on_after_a_refusal(house: Path, members: Members) -> None:
+    refuse(house, b"")
+    (house / "guest.fmu").write_bytes(pack(members))
+    assert run().exit_code == 0
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_changed_bytes_cause_no_error_but_a_refusal(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    small = {DESCRIPTION: b"<fmiModelDescription/>", "resources/table.csv": b"time,u\n0,1\n" * 20}
+    archive = bytearray(pack(small))
+    for _ in range(data.draw(st.integers(1, 4))):
+        archive[data.draw(st.integers(0, len(archive) - 1))] = data.draw(st.integers(0, 255))
+    folder = tmp_path_factory.mktemp("changed")
+    end = data.draw(st.sampled_from([len(archive), len(archive) // 2, len(archive) - 10]))
+    (folder / "changed.fmu").write_bytes(archive[:end])
+    (folder / "unpacked").mkdir()
+    with suppress(FmuFileError), open_archive(folder / "changed.fmu") as opened:
+        opened.unpack(folder / "unpacked")
+    assert {path.name for path in folder.iterdir()} == {"changed.fmu", "unpacked"}
+
+
+def assert_matches(pattern: str, sentence: str) -> None:
+    assert re.search(pattern, sentence), sentence
+    assert "guest.fmu" in sentence

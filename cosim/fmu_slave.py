@@ -32,7 +32,7 @@ _TERMINATED = 3  # fmi2StatusKind fmi2Terminated
 
 
 @dataclass(frozen=True)
-class _Exchange:
+class Exchange:
     """One getter or setter on a column range of a section; a row's values begin at `base` + row * `stride`."""
 
     function: Callable[[c_void_p, c_void_p, c_size_t, int], int]
@@ -41,6 +41,31 @@ class _Exchange:
     count: c_size_t
     base: int
     stride: int
+
+
+@dataclass(frozen=True)
+class SlopeExchange:
+    """The setter or getter of first derivatives, and where those of a row are, as in `Exchange`."""
+
+    function: Callable[[c_void_p, c_void_p, c_size_t, c_void_p, int], int]
+    name: str
+    references: c_void_p
+    count: c_size_t
+    orders: c_void_p
+    base: int
+    stride: int
+
+
+@dataclass(frozen=True)
+class Calls:
+    """What a step calls: bare functions of the library, on addresses within the recording."""
+
+    instance: c_void_p
+    do_step: Callable[[c_void_p, float, float, c_int], int]
+    writes: tuple[Exchange, ...]
+    reads: tuple[Exchange, ...]
+    input_slopes: SlopeExchange | None
+    output_slopes: SlopeExchange | None
 
 
 class FmuSlave:
@@ -71,10 +96,10 @@ class FmuSlave:
         self._worst = 0
         self._started = False
         self._keep: list[object] = []
-        self._reads: tuple[_Exchange, ...] = ()
-        self._writes: tuple[_Exchange, ...] = ()
-        self._slopes: tuple[Any, ...] | None = None
-        self._output_slopes: tuple[Any, ...] | None = None
+        self._reads: tuple[Exchange, ...] = ()
+        self._writes: tuple[Exchange, ...] = ()
+        self._slopes: SlopeExchange | None = None
+        self._output_slopes: SlopeExchange | None = None
         self._states: KeptStates | None = None
         self._times: dict[int, float] = {}
         self._instantiate()
@@ -124,7 +149,7 @@ class FmuSlave:
             if status:
                 self._judge(call.name, status)
         if self._slopes is not None and row:
-            self._exchange_slopes("fmi2SetRealInputDerivatives", self._slopes, row)
+            self._exchange_slopes(self._slopes, row)
 
     def step(self, time: float, size: float) -> None:
         """Do one step from the communication point `time` [s] of the communication step size `size` [s]."""
@@ -142,7 +167,24 @@ class FmuSlave:
                 self._judge(call.name, status)
 
         if self._output_slopes is not None and self._started:
-            self._exchange_slopes("fmi2GetRealOutputDerivatives", self._output_slopes, row)
+            self._exchange_slopes(self._output_slopes, row)
+
+    def calls(self) -> Calls:
+        """Return what a step calls; once initialised."""
+        return Calls(self._instance, self._do_step, self._writes, self._reads, self._slopes, self._output_slopes)
+
+    def arrive(self, time: float) -> None:
+        """Take note of the time [s] that others have stepped the FMU to."""
+        self._time = time
+
+    def failure(self, function: str, status: int) -> SlaveError:
+        """Return the exception that tells why a call failed, its status being worse than a warning."""
+        self._worst = max(self._worst, status)
+        name = _STATUS[status] if 0 <= status < len(_STATUS) else f"the illegal status {status}"
+        reason = self._journal.failure()
+        if function == "fmi2DoStep" and status == _DISCARD and self._asks_to_end():
+            reason = f"{reason}; the FMU asks to end the simulation".removeprefix("; ")
+        return SlaveError(self.name, self._time, function, name, reason)
 
     def save(self, slot: int) -> None:
         """Keep the present state under a number; from then on the FMU is told that it may have to go back."""
@@ -195,11 +237,11 @@ class FmuSlave:
         function.restype = c_int
         return cast(Callable[..., int], function)
 
-    def _exchange(self, verb: str, kind: str, section: Section, count: int) -> _Exchange:
+    def _exchange(self, verb: str, kind: str, section: Section, count: int) -> Exchange:
         """Bind a getter or setter to the first `count` columns of a section."""
         name = f"fmi2{verb}{kind}"
         values = section.values
-        return _Exchange(
+        return Exchange(
             self._bind(name, (c_void_p, c_void_p, c_size_t, c_void_p)),
             name,
             self._address(section.references),
@@ -208,21 +250,26 @@ class FmuSlave:
             values.strides[0],
         )
 
-    def _bind_slopes(self, name: str, slopes: Slopes | None) -> tuple[Any, ...] | None:
+    def _bind_slopes(self, name: str, slopes: Slopes | None) -> SlopeExchange | None:
         """Bind the setter or getter of derivatives, if there are any."""
         if slopes is None:
             return None
-        function = self._bind(name, (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p))
-        references, orders = self._address(slopes.references), self._address(slopes.orders)
-        base, stride = self._address(slopes.values).value, slopes.values.strides[0]
-        return function, references, c_size_t(slopes.references.size), orders, base, stride
+        return SlopeExchange(
+            self._bind(name, (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p)),
+            name,
+            self._address(slopes.references),
+            c_size_t(slopes.references.size),
+            self._address(slopes.orders),
+            cast(int, self._address(slopes.values).value),
+            slopes.values.strides[0],
+        )
 
-    def _exchange_slopes(self, name: str, bound: tuple[Any, ...], row: int) -> None:
+    def _exchange_slopes(self, call: SlopeExchange, row: int) -> None:
         """Set or get the derivatives in a row."""
-        function, references, count, orders, base, stride = bound
-        status = function(self._instance, references, count, orders, base + row * stride)
+        values = call.base + row * call.stride
+        status = call.function(self._instance, call.references, call.count, call.orders, values)
         if status:
-            self._judge(name, status)
+            self._judge(call.name, status)
 
     def _address(self, array: NDArray[np.generic]) -> c_void_p:
         """Return where an array's data begin, and keep the array alive."""
@@ -238,14 +285,8 @@ class FmuSlave:
 
     def _judge(self, function: str, status: int) -> None:
         """Let a warning pass, and turn any other status into the exception that tells why."""
-        if status == _WARNING:
-            return
-        self._worst = max(self._worst, status)
-        name = _STATUS[status] if 0 <= status < len(_STATUS) else f"the illegal status {status}"
-        reason = self._journal.failure()
-        if function == "fmi2DoStep" and status == _DISCARD and self._asks_to_end():
-            reason = f"{reason}; the FMU asks to end the simulation".removeprefix("; ")
-        raise SlaveError(self.name, self._time, function, name, reason)
+        if status != _WARNING:
+            raise self.failure(function, status)
 
     def _asks_to_end(self) -> bool:
         """Whether a discarded step means that the FMU wants no more of them."""

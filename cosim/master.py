@@ -23,6 +23,7 @@ from cosim.initialisation import initialise
 from cosim.method import Method
 from cosim.result import Result, collect
 from cosim.slave import Slave
+from cosim.step_loop import compiled_steps
 from cosim.system import System
 from cosim.wiring import Node, record_slopes, wire
 
@@ -83,13 +84,15 @@ def co_simulate(
         node.slave.setup(node.block, start_values[node.name], start_time, last_time)
     settling = initialise(nodes)
     initialised = time.perf_counter()
-    _advance(nodes, grid, progress)
+    loop = compiled_steps(nodes, grid) if method.compiled else None
+    _advance(grid, loop or readable_steps(nodes, grid), progress)
     stepped = time.perf_counter()
     for node in nodes:
         node.slave.terminate()
     record_slopes(nodes, system, grid)
     record = {
         "algorithm": method.algorithm,
+        "compiled": loop is not None,
         "order": list(order),
         "loops": [str(loop) for loop in feedthrough_loops(system, descriptions)],
         "start_time": start_time,
@@ -114,15 +117,26 @@ def step_once(nodes: tuple[Node, ...], row: int, time: float, size: float) -> No
         node.slave.read(row)
 
 
-def _advance(nodes: tuple[Node, ...], grid: Grid, progress: Progress | None) -> None:
-    """Take all steps."""
+def readable_steps(nodes: tuple[Node, ...], grid: Grid) -> Callable[[int, int], None]:
+    """Return what takes the steps that end in the rows from a first to a last; `StepLoop` does the same in C."""
     steps = list(zip(grid.times.tolist(), grid.sizes.tolist(), strict=False))
-    chunk = max(1, len(steps) // _REPORTS)
-    for first in range(0, len(steps), chunk):
-        for row, (now, size) in enumerate(steps[first : first + chunk], first + 1):
+
+    def take(first: int, last: int) -> None:
+        for row, (now, size) in enumerate(steps[first - 1 : last], first):
             step_once(nodes, row, now, size)
+
+    return take
+
+
+def _advance(grid: Grid, take: Callable[[int, int], None], progress: Progress | None) -> None:
+    """Take all steps, a chunk at a time."""
+    steps = grid.sizes.size
+    chunk = max(1, steps // _REPORTS)
+    for first in range(1, steps + 1, chunk):
+        last = min(first + chunk - 1, steps)
+        take(first, last)
         if progress is not None:
-            progress(min(1.0, (first + chunk) / len(steps)))
+            progress(last / steps)
 
 
 def _grid(system: System, slaves: Mapping[str, Slave], start_time: float, stop_time: float, step_size: float) -> Grid:

@@ -19,6 +19,9 @@ class Method:
     order : tuple of str
         Names of all components in the order in which Gauss-Seidel steps them; by default derived from what depends on
         what. Other algorithms do not need it.
+    compiled : bool
+        Whether steps of FMUs in this process are taken by the compiled loop, where it can be had; the loop in Python
+        gives the same bits.
 
     Raises
     ------
@@ -28,6 +31,7 @@ class Method:
 
     algorithm: str = "jacobi"
     order: tuple[str, ...] = ()
+    compiled: bool = True
 
     def __post_init__(self) -> None:
         if self.algorithm not in ALGORITHMS:

@@ -68,15 +68,15 @@ def _capabilities(model: Model, packaging: Packaging) -> dict[str, str]:
     flags: dict[str, bool | int] = {
         "needsExecutionTool": not native,
         "canHandleVariableCommunicationStepSize": True,
-        # pythonfmu answers fmi2SetRealInputDerivatives and fmi2GetRealOutputDerivatives with fmi2Error
-        "canInterpolateInputs": native and model.can_interpolate_inputs,
-        "maxOutputDerivativeOrder": model.output_derivative_order if native else 0,
+        # pythonfmu answers all calls for derivatives with fmi2Error
+        "canInterpolateInputs": native and model.has_real_inputs,
+        "maxOutputDerivativeOrder": int(native),
         "canRunAsynchronuously": False,
         "canBeInstantiatedOnlyOncePerProcess": False,
         "canNotUseMemoryManagementFunctions": True,
         "canGetAndSetFMUstate": True,
         "canSerializeFMUstate": True,
-        "providesDirectionalDerivative": False,
+        "providesDirectionalDerivative": native and model.has_real_inputs,
     }
     return {"modelIdentifier": model.name} | {name: str(flag).lower() for name, flag in flags.items()}
 

@@ -31,8 +31,7 @@ def table_header(model: Model, guid: str) -> str:
 #define DS_MODEL {c_string(model.name)}
 #define DS_GUID {c_string(guid)}
 #define DS_TEXTS {texts} /* number of String variables */
-#define DS_CAN_INTERPOLATE_INPUTS {int(model.can_interpolate_inputs)}
-#define DS_OUTPUT_DERIVATIVE_ORDER {model.output_derivative_order}
+#define DS_PROVIDES_DIRECTIONAL_DERIVATIVE {int(model.has_real_inputs)}
 #define DS_LOG_CATEGORIES {len(model.log_categories)}
 
 /* value references */

@@ -104,10 +104,6 @@ class Model:
     ----------
     step_size : float
         Communication step size of the default experiment [s].
-    can_interpolate_inputs : bool
-        Input derivatives of order one are used exactly.
-    output_derivative_order : int
-        Highest order fmi2GetRealOutputDerivatives answers.
     equations : tuple of (str, str)
         Headings and HTML text of the documentation page.
     use, limits : tuple of str
@@ -121,8 +117,6 @@ class Model:
     variables: tuple[Variable, ...]
     stop_time: float = 100.0
     step_size: float = 0.01
-    can_interpolate_inputs: bool = False
-    output_derivative_order: int = 0
     log_categories: tuple[tuple[str, str], ...] = ()
     equations: tuple[tuple[str, str], ...] = ()
     use: tuple[str, ...] = ()
@@ -140,3 +134,8 @@ class Model:
     def select(self, causality: Causality) -> tuple[Variable, ...]:
         """Return the variables of one causality, in table order."""
         return tuple(v for v in self.variables if v.causality == causality)
+
+    @property
+    def has_real_inputs(self) -> bool:
+        """Whether derivatives of inputs, and by inputs, have a meaning."""
+        return any(variable.kind == "Real" for variable in self.select("input"))

@@ -3,18 +3,21 @@
 #ifndef DS_MEMORYLESS_H
 #define DS_MEMORYLESS_H
 
-#include <string.h>
-
 #include "ds_model.h"
 #include "ds_table.h"
 
-/* what the law has answered last; kept to be compared with */
+/* what the law has answered last */
 typedef struct {
-    double value[DS_VARIABLES];
+    double value[DS_VARIABLES]; /* inputs at that instant, parameters, and the outputs */
+    double slope[DS_VARIABLES]; /* derivatives of the inputs */
+    double side;                /* 1 at the start, where the inputs begin to change so; -1 at the end of a step */
 } ds_answered;
 
 /* write the outputs that go with the inputs and parameters */
 static void answer(double value[]);
+
+/* write the derivatives of the Real outputs in the direction `seed` of inputs and parameters; at a kink, from that side */
+static void differentiate(const double value[], const double seed[], double change[]);
 
 /* say what has changed since `before` that the user should know */
 static void tell_changes(const double before[], const double value[], double time, ds_journal *journal);
@@ -27,31 +30,61 @@ size_t ds_model_size(const double value[], const ds_text text[], ds_journal *jou
     return sizeof(ds_answered);
 }
 
-static void respond(ds_answered *last, double value[], double time, ds_journal *journal)
+/* answer the inputs as they are `elapsed` seconds after they were set, at a time */
+static void respond(ds_answered *last, double value[], const double slope[], double elapsed, double time,
+                    ds_journal *journal)
 {
-    answer(value);
-    if (journal->event != NULL) {
-        tell_changes(last->value, value, time, journal);
+    const ds_answered before = *last;
+    for (int i = 0; i < DS_VARIABLES; ++i) {
+        last->value[i] = slope[i] == 0.0 ? value[i] : value[i] + slope[i] * elapsed; /* -0 stays -0 */
+        last->slope[i] = slope[i];
     }
-    memcpy(last->value, value, sizeof last->value);
+    last->side = elapsed > 0.0 ? -1.0 : 1.0;
+    answer(last->value);
+    for (int i = 0; i < DS_VARIABLES; ++i) {
+        value[i] = ds_variables[i].role == DS_OUTPUT ? last->value[i] : value[i];
+    }
+    if (journal->event != NULL) {
+        tell_changes(before.value, last->value, time, journal);
+    }
 }
 
-ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
-                         ds_journal *journal)
+ds_result ds_model_start(void *memory, size_t size, double value[], const double slope[], const ds_text text[],
+                         double time, ds_journal *journal)
 {
     (void)size;
     (void)text;
-    respond(memory, value, time, journal);
+    respond(memory, value, slope, 0.0, time, journal);
     return DS_OK;
 }
 
 ds_result ds_model_step(void *memory, double value[], const double slope[], double time, double end,
                         ds_journal *journal)
 {
-    (void)slope;
-    (void)time;
-    respond(memory, value, end, journal);
+    respond(memory, value, slope, end - time, end, journal);
     return DS_OK;
+}
+
+void ds_model_output_derivatives(const void *memory, double rate[])
+{
+    const ds_answered *const last = memory;
+    double seed[DS_VARIABLES];
+    for (int i = 0; i < DS_VARIABLES; ++i) {
+        seed[i] = last->side * last->slope[i];
+    }
+    differentiate(last->value, seed, rate);
+    for (int i = 0; i < DS_VARIABLES; ++i) {
+        rate[i] = last->side * rate[i];
+    }
+}
+
+void ds_model_directional_derivatives(const void *memory, const double value[], const double seed[], int at_start,
+                                      double change[])
+{
+    const ds_answered *const last = memory;
+    (void)value;
+    (void)at_start;
+    differentiate(last->value, seed, change);
 }
 
 #endif

@@ -36,18 +36,26 @@ DS_SHARED size_t ds_model_size(const double value[], const ds_text text[], ds_jo
 /* conditions between several variables; DS_DISCARD with a reason if one does not hold */
 DS_SHARED ds_result ds_model_check(const double value[], ds_journal *journal);
 
-/* initialise `memory`, which has `size` bytes, at a time from parameters and inputs; writes the outputs to `value` */
-DS_SHARED ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
-                                   ds_journal *journal);
+/* initialise `memory`, which has `size` bytes, at a time from parameters and inputs, which go on along slope[i]; writes
+ * the outputs to `value` */
+DS_SHARED ds_result ds_model_start(void *memory, size_t size, double value[], const double slope[],
+                                   const ds_text text[], double time, ds_journal *journal);
 
 /* go from `time` to `end` with inputs value[i] + slope[i] (t - time); writes the outputs to `value`.
  * With DS_DISCARD nothing has changed. */
 DS_SHARED ds_result ds_model_step(void *memory, double value[], const double slope[], double time, double end,
                                   ds_journal *journal);
 
-#if DS_OUTPUT_DERIVATIVE_ORDER > 0
-/* first derivative of an output at the present time */
-DS_SHARED double ds_model_output_derivative(const void *memory, const double value[], double time, int variable);
+/* write the derivatives of the Real outputs by time, for which `rate` holds zeros: limits from the right after the start,
+ * and after a step from the same side as the outputs */
+DS_SHARED void ds_model_output_derivatives(const void *memory, double rate[]);
+
+#if DS_PROVIDES_DIRECTIONAL_DERIVATIVE
+/* write the derivatives of the Real outputs, for which `change` holds zeros, in the direction `seed`: at the start, of
+ * inputs and parameters; after a step, of inputs, as far as they act at once. Where an output has a kink, the derivative
+ * is that to the side of the seed; where it jumps, that of the branch it is on. */
+DS_SHARED void ds_model_directional_derivatives(const void *memory, const double value[], const double seed[],
+                                                int at_start, double change[]);
 #endif
 
 #endif

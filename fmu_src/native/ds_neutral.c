@@ -112,15 +112,6 @@ void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state *state, c
     open_bit(model, state);
 }
 
-/* where in the piece that begins and ends at fractions of a block the present lies */
-static double present_in(const ds_neutral_state *state, int64_t block, double begin, double end)
-{
-    if (block != state->present.block || state->present.fraction <= begin) {
-        return 0.0;
-    }
-    return (state->present.fraction - begin) / (end - begin);
-}
-
 /* let the range of bit speeds cover [x0, x1] of the piece */
 static void widen(ds_neutral_state *state, double x0, double x1)
 {
@@ -156,7 +147,7 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
     const ds_place goal = ds_clock_place(&model->clock, time);
     ds_top *const top = &state->top;
     ds_bit *const bit = &state->bit;
-    double x = present_in(state, bit->block, bit->begin, bit->end);
+    double x = ds_neutral_present_in(state, bit->block, bit->begin, bit->end);
     ds_bit_extremes(bit, x, x, &state->least, &state->greatest);
     while (top->block < goal.block || bit->block < goal.block) {
         /* an input that changes at the end of a block has put one of them ahead */
@@ -175,7 +166,7 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
         x = next_bit(model, state, x);
     }
     state->present = goal;
-    widen(state, x, present_in(state, bit->block, bit->begin, bit->end));
+    widen(state, x, ds_neutral_present_in(state, bit->block, bit->begin, bit->end));
 }
 
 /* integral of the squared wave of a piece from a fraction of the block to its end, in blocks */
@@ -206,8 +197,8 @@ void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_
     const ds_bit *const bit = &state->bit;
     const ds_top *const top = &state->top;
     const double block = model->clock.block;
-    const double x = present_in(state, bit->block, bit->begin, bit->end);
-    const double y = present_in(state, top->block, top->begin, top->end);
+    const double x = ds_neutral_present_in(state, bit->block, bit->begin, bit->end);
+    const double y = ds_neutral_present_in(state, top->block, top->begin, top->end);
     const double bit_piece = (bit->end - bit->begin) * block;
     const double top_piece = (top->end - top->begin) * block;
     const ds_quartic speed = ds_top_speed(top);

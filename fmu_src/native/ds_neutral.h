@@ -47,6 +47,15 @@ typedef struct {
     ds_piece ring[];
 } ds_neutral_state;
 
+/* where in the piece that begins and ends at fractions of a block the present lies */
+static inline double ds_neutral_present_in(const ds_neutral_state *state, int64_t block, double begin, double end)
+{
+    if (block != state->present.block || state->present.fraction <= begin) {
+        return 0.0;
+    }
+    return (state->present.fraction - begin) / (end - begin);
+}
+
 /* the outputs of the plant, SI units */
 typedef struct {
     double bit_speed, top_speed, bit_torque, top_torque, bit_angle, top_angle, energy;

@@ -139,7 +139,8 @@ fmi2Status ds_refresh(ds_instance *instance)
         instance->memory = memory;
         instance->memory_size = size;
     }
-    if (ds_model_start(instance->memory, size, now->value, (const ds_text *)now->text, now->time, journal) != DS_OK) {
+    if (ds_model_start(instance->memory, size, now->value, now->slope, (const ds_text *)now->text, now->time,
+                       journal) != DS_OK) {
         return ds_tell(instance, fmi2Error, LOG_ERROR, "%s", journal->reason);
     }
     now->stale = 0;

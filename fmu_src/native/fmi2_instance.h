@@ -17,10 +17,15 @@ typedef enum {
     PHASE_TERMINATED = 8
 } ds_phase;
 
+/* states in which variables can be read, and those in which inputs and parameters can be set */
+#define DS_READABLE (PHASE_INITIALIZATION | PHASE_STEP | PHASE_TERMINATED)
+#define DS_WRITABLE (PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP)
+
 /* everything that changes in time beside the memory of the model; flat, so that saving it is a copy */
 typedef struct {
     int phase;                    /* ds_phase */
     int stale;                    /* parameters or inputs have changed since the model was started */
+    int sloped;                   /* derivatives of inputs have been set since the last step */
     double time;                  /* s, communication point reached */
     double value[DS_VARIABLES];   /* one number per variable */
     double slope[DS_VARIABLES];   /* derivatives of inputs, valid for the next step */
@@ -47,6 +52,9 @@ DS_SHARED fmi2Status ds_tell(const ds_instance *instance, fmi2Status status, int
 DS_SHARED void ds_instance_defaults(ds_instance *instance);
 /* whether a call is legal in the present phase; says so if not */
 DS_SHARED int ds_legal(const ds_instance *instance, const char *call, int phases);
+/* whether arrays and value references are sound and of one kind; says so if not */
+DS_SHARED int ds_sound(const ds_instance *instance, const char *call, const fmi2ValueReference vr[], size_t n,
+                       const void *values, ds_kind kind);
 /* start the model if parameters or inputs have changed since; for the initialization mode */
 DS_SHARED fmi2Status ds_refresh(ds_instance *instance);
 

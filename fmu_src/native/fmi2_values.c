@@ -1,5 +1,4 @@
 /* Getting and setting variables: every argument is checked before anything is changed. */
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -7,14 +6,10 @@
 #include "fmi2Functions.h"
 #include "fmi2_instance.h"
 
-#define READABLE (PHASE_INITIALIZATION | PHASE_STEP | PHASE_TERMINATED)
-#define WRITABLE (PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP)
-
 static const char *const KINDS[] = {"Real", "Integer", "Boolean", "String"};
 
-/* whether arrays and value references are sound and of one kind */
-static int sound(const ds_instance *instance, const char *call, const fmi2ValueReference vr[], size_t n,
-                 const void *values, ds_kind kind)
+int ds_sound(const ds_instance *instance, const char *call, const fmi2ValueReference vr[], size_t n, const void *values,
+             ds_kind kind)
 {
     if (n > 0 && (vr == NULL || values == NULL)) {
         ds_tell(instance, fmi2Error, LOG_ERROR, "%s is called with a null pointer", call);
@@ -38,7 +33,7 @@ static int sound(const ds_instance *instance, const char *call, const fmi2ValueR
 static fmi2Status ready_to_read(ds_instance *instance, const char *call, const fmi2ValueReference vr[], size_t n,
                                 const void *values, ds_kind kind)
 {
-    if (!ds_legal(instance, call, READABLE) || !sound(instance, call, vr, n, values, kind)) {
+    if (!ds_legal(instance, call, DS_READABLE) || !ds_sound(instance, call, vr, n, values, kind)) {
         return fmi2Error;
     }
     return instance->now.phase == PHASE_INITIALIZATION ? ds_refresh(instance) : fmi2OK;
@@ -66,7 +61,7 @@ static int settable(const ds_instance *instance, const char *call, const fmi2Val
 static int admits(const ds_instance *instance, const char *call, const fmi2ValueReference vr[], size_t n,
                   const void *values, ds_kind kind)
 {
-    return ds_legal(instance, call, WRITABLE) && sound(instance, call, vr, n, values, kind) &&
+    return ds_legal(instance, call, DS_WRITABLE) && ds_sound(instance, call, vr, n, values, kind) &&
            settable(instance, call, vr, n);
 }
 
@@ -192,54 +187,5 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
         snprintf(instance->now.text[slot], DS_TEXT_SIZE, "%s", value[i]);
         assign(instance, vr[i], slot);
     }
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                       const fmi2Integer order[], const fmi2Real value[])
-{
-    static const char *const call = "fmi2SetRealInputDerivatives";
-    ds_instance *const instance = c;
-    if (!ds_legal(instance, call, WRITABLE) || !sound(instance, call, vr, nvr, value, DS_REAL)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < nvr; ++i) {
-        const ds_variable *const variable = &ds_variables[vr[i]];
-        if (!DS_CAN_INTERPOLATE_INPUTS || variable->role != DS_INPUT || order == NULL || order[i] != 1) {
-            return ds_tell(instance, fmi2Error, LOG_ERROR, "%s: %s has no derivative of that order that could be set",
-                           call, variable->name);
-        }
-        if (!isfinite(value[i])) {
-            return ds_tell(instance, fmi2Discard, LOG_DISCARD, "the derivative of %s is %.17g; expected a finite value",
-                           variable->name, value[i]);
-        }
-    }
-    for (size_t i = 0; i < nvr; ++i) {
-        instance->now.slope[vr[i]] = value[i];
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                        const fmi2Integer order[], fmi2Real value[])
-{
-    static const char *const call = "fmi2GetRealOutputDerivatives";
-    ds_instance *const instance = c;
-    if (!ds_legal(instance, call, PHASE_STEP | PHASE_TERMINATED) ||
-        !sound(instance, call, vr, nvr, value, DS_REAL)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < nvr; ++i) {
-        if (ds_variables[vr[i]].role != DS_OUTPUT || order == NULL || order[i] < 1 ||
-            order[i] > DS_OUTPUT_DERIVATIVE_ORDER) {
-            return ds_tell(instance, fmi2Error, LOG_ERROR, "%s: %s has no derivative of that order", call,
-                           ds_variables[vr[i]].name);
-        }
-    }
-#if DS_OUTPUT_DERIVATIVE_ORDER > 0
-    for (size_t i = 0; i < nvr; ++i) {
-        value[i] = ds_model_output_derivative(instance->memory, instance->now.value, instance->now.time, (int)vr[i]);
-    }
-#endif
     return fmi2OK;
 }

@@ -8,7 +8,10 @@
 #include "ds_table.h"
 
 typedef struct {
-    size_t count; /* rows of the table, 0: the changes hold */
+    size_t count;        /* rows of the table, 0: the changes hold */
+    double speed_slope;  /* rad/s2, from now on */
+    double weight_slope; /* N/s */
+    double torque_slope; /* N m/s */
     ds_row rows[];
 } block;
 
@@ -41,33 +44,45 @@ static ds_point weight_at(const block *program, const double value[], double tim
 }
 
 /* torque on bit of eqs. (3) and (4) while the bit turns, 0 at rest */
-static double torque_on_bit(const double value[], double weight, double speed)
+static ds_point torque_on_bit(const double value[], ds_point weight, ds_point speed)
 {
     const double rate = value[DS_gamma_b] / value[DS_v_f];
-    if (speed == 0.0) {
-        return 0.0;
+    const double direction = speed.value > 0.0 ? 1.0 : -1.0;
+    ds_point torque = {0.0, 0.0};
+    if (speed.value == 0.0) {
+        return torque;
     }
-    const double mu = value[DS_mu_cb] + (value[DS_mu_sb] - value[DS_mu_cb]) * ds_exp(-rate * fabs(speed));
-    const double dry = weight * value[DS_R_b] * mu;
-    return value[DS_c_b] * speed + (speed > 0.0 ? dry : -dry);
+    const double fading = ds_exp(-rate * fabs(speed.value));
+    const double excess = value[DS_mu_sb] - value[DS_mu_cb];
+    const double mu = value[DS_mu_cb] + excess * fading;
+    const double dry = weight.value * value[DS_R_b] * mu;
+    torque.value = value[DS_c_b] * speed.value + (speed.value > 0.0 ? dry : -dry);
+    torque.slope = (value[DS_c_b] - weight.value * value[DS_R_b] * excess * rate * fading) * speed.slope +
+                   direction * weight.slope * value[DS_R_b] * mu;
+    return torque;
 }
 
-static void ask(const block *program, double value[], double time)
+static void ask(block *program, double value[], double time)
 {
-    const double speed = speed_at(program, value, time).value;
-    const double weight = weight_at(program, value, time).value;
-    value[DS_Omega] = speed;
-    value[DS_speed_ref] = speed;
-    value[DS_bit_speed_ref] = speed;
-    value[DS_WOB] = weight;
-    value[DS_bit_torque_ref] = torque_on_bit(value, weight, speed);
+    const ds_point speed = speed_at(program, value, time);
+    const ds_point weight = weight_at(program, value, time);
+    const ds_point torque = torque_on_bit(value, weight, speed);
+    value[DS_Omega] = speed.value;
+    value[DS_speed_ref] = speed.value;
+    value[DS_bit_speed_ref] = speed.value;
+    value[DS_WOB] = weight.value;
+    value[DS_bit_torque_ref] = torque.value;
+    program->speed_slope = speed.slope;
+    program->weight_slope = weight.slope;
+    program->torque_slope = torque.slope;
 }
 
-ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
-                         ds_journal *journal)
+ds_result ds_model_start(void *memory, size_t size, double value[], const double slope[], const ds_text text[],
+                         double time, ds_journal *journal)
 {
     block *const program = memory;
     const char *const path = text[(int)value[DS_table]];
+    (void)slope;
     program->count = 0;
     if (path[0] != '\0') {
         const size_t room = (size - sizeof(block)) / sizeof(ds_row);
@@ -91,26 +106,12 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
     return DS_OK;
 }
 
-double ds_model_output_derivative(const void *memory, const double value[], double time, int variable)
+void ds_model_output_derivatives(const void *memory, double rate[])
 {
     const block *const program = memory;
-    const ds_point speed = speed_at(program, value, time);
-    const ds_point weight = weight_at(program, value, time);
-    const double magnitude = fabs(speed.value);
-    const double rate = value[DS_gamma_b] / value[DS_v_f];
-    const double fading = (value[DS_mu_sb] - value[DS_mu_cb]) * ds_exp(-rate * magnitude);
-    switch (variable) {
-    case DS_Omega:
-    case DS_speed_ref:
-    case DS_bit_speed_ref:
-        return speed.slope;
-    case DS_WOB:
-        return weight.slope;
-    default: /* the torque, by the product rule; its jump at rest has no derivative */
-        if (speed.value == 0.0) {
-            return 0.0;
-        }
-        return value[DS_c_b] * speed.slope - weight.value * value[DS_R_b] * rate * fading * speed.slope +
-               (speed.value > 0.0 ? 1.0 : -1.0) * weight.slope * value[DS_R_b] * (value[DS_mu_cb] + fading);
-    }
+    rate[DS_Omega] = program->speed_slope;
+    rate[DS_speed_ref] = program->speed_slope;
+    rate[DS_bit_speed_ref] = program->speed_slope;
+    rate[DS_WOB] = program->weight_slope;
+    rate[DS_bit_torque_ref] = program->torque_slope;
 }

@@ -3,8 +3,10 @@
 #include <stdio.h>
 
 #include "ds_condition.h"
+#include "ds_exp.h"
 #include "ds_model.h"
 #include "ds_neutral.h"
+#include "ds_neutral_rate.h"
 #include "ds_table.h"
 
 #define MOST_BLOCKS_RUN 4503599627370496.0 /* 2^52: up to here a block number and a fraction of the block fit a double */
@@ -13,6 +15,12 @@
 static ds_neutral_state *state_of(ds_neutral *model)
 {
     void *const behind = model + 1;
+    return behind;
+}
+
+static const ds_neutral_state *state_in(const ds_neutral *model)
+{
+    const void *const behind = model + 1;
     return behind;
 }
 
@@ -105,8 +113,8 @@ static void tell_events(const double value[], const history *before, double end,
     }
 }
 
-ds_result ds_model_start(void *memory, size_t size, double value[], const ds_text text[], double time,
-                         ds_journal *journal)
+ds_result ds_model_start(void *memory, size_t size, double value[], const double slope[], const ds_text text[],
+                         double time, ds_journal *journal)
 {
     ds_neutral *const model = memory;
     ds_neutral_state *const state = state_of(model);
@@ -116,6 +124,7 @@ ds_result ds_model_start(void *memory, size_t size, double value[], const ds_tex
     (void)text;
     ds_neutral_build(model, &p, (int)value[DS_cells], time);
     ds_neutral_start(model, state, value[DS_initial_speed], value[DS_initial_torque], value[DS_Omega], value[DS_WOB]);
+    ds_neutral_set_inputs(model, state, value[DS_Omega], value[DS_WOB], slope[DS_Omega], slope[DS_WOB]);
     write_outputs(model, state, value);
     tell_events(value, &before, time, journal);
     return DS_OK;
@@ -145,4 +154,83 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
     write_outputs(model, state, value);
     tell_events(value, &before, end, journal);
     return DS_OK;
+}
+
+void ds_model_output_derivatives(const void *memory, double rate[])
+{
+    const ds_neutral *const model = memory;
+    ds_neutral_rates r;
+    ds_neutral_read_rates(model, state_in(model), &r);
+    rate[DS_bit_speed] = r.bit_speed;
+    rate[DS_top_speed] = r.top_speed;
+    rate[DS_bit_torque] = r.bit_torque;
+    rate[DS_top_torque] = r.top_torque;
+    rate[DS_bit_angle] = r.bit_angle;
+    rate[DS_top_angle] = r.top_angle;
+    rate[DS_energy] = r.energy;
+    rate[DS_bit_speed_min] = r.bit_speed_min;
+    rate[DS_bit_speed_max] = r.bit_speed_max;
+    rate[DS_stuck_time] = r.stuck_time;
+    rate[DS_work_in] = r.work_in;
+    rate[DS_bit_loss] = r.bit_loss;
+}
+
+/* how much the torque on bit of eqs. (3) and (4) changes with its speed, weight and parameters in a slip */
+static double slip_torque_change(const double value[], const double seed[], int direction)
+{
+    const double speed = value[DS_initial_speed];
+    const double speed_change = seed[DS_initial_speed];
+    const double excess = value[DS_mu_sb] - value[DS_mu_cb];
+    const double exponent = value[DS_gamma_b] * fabs(speed) / value[DS_v_f];
+    const double fading = ds_exp(-exponent);
+    const double exponent_change = (seed[DS_gamma_b] * fabs(speed) + value[DS_gamma_b] * direction * speed_change -
+                                    exponent * seed[DS_v_f]) / value[DS_v_f];
+    const double mu = value[DS_mu_cb] + excess * fading;
+    const double mu_change = seed[DS_mu_cb] + (seed[DS_mu_sb] - seed[DS_mu_cb] - excess * exponent_change) * fading;
+    const double dry_change = seed[DS_WOB] * value[DS_R_b] * mu + value[DS_WOB] * seed[DS_R_b] * mu +
+                              value[DS_WOB] * value[DS_R_b] * mu_change;
+    return seed[DS_c_b] * speed + value[DS_c_b] * speed_change + direction * dry_change;
+}
+
+/* how much the outputs at the start change with all they are made from: see model 8 for what is before it */
+static void differentiate_start(const ds_neutral *model, const double value[], const double seed[], double change[])
+{
+    const double impedance = model->impedance;
+    const double stiffer = seed[DS_G] / value[DS_G] + seed[DS_J] / value[DS_J]; /* relative change of G J */
+    const double impedance_change = 0.5 * impedance * (seed[DS_I] / value[DS_I] + stiffer);
+    const double speed = value[DS_initial_speed];
+    const double speed_change = seed[DS_initial_speed];
+    const double torque = value[DS_initial_torque];
+    const double twist = torque / (value[DS_G] * value[DS_J]); /* rad/m */
+    const double twist_change = seed[DS_initial_torque] / (value[DS_G] * value[DS_J]) - twist * stiffer;
+    const double slip = value[DS_Omega] - value[DS_top_speed];
+    const int direction = state_in(model)->bit.direction;
+    change[DS_bit_speed] = speed_change;
+    change[DS_bit_speed_min] = speed_change;
+    change[DS_bit_speed_max] = speed_change;
+    /* (c_a + Z) top_speed = c_a Omega + Z v_0 - tau_0 */
+    change[DS_top_speed] = (seed[DS_c_a] * slip + value[DS_c_a] * seed[DS_Omega] + impedance * speed_change +
+                            impedance_change * (speed - value[DS_top_speed]) - seed[DS_initial_torque]) /
+                           (value[DS_c_a] + impedance);
+    change[DS_top_torque] = seed[DS_c_a] * slip + value[DS_c_a] * (seed[DS_Omega] - change[DS_top_speed]);
+    change[DS_bit_torque] = direction == 0 ? seed[DS_initial_torque] : slip_torque_change(value, seed, direction);
+    change[DS_top_angle] = twist_change * value[DS_L] + twist * seed[DS_L];
+    change[DS_energy] = 0.5 * (seed[DS_L] * value[DS_I] + value[DS_L] * seed[DS_I] + seed[DS_I_B]) * speed * speed +
+                        (value[DS_L] * value[DS_I] + value[DS_I_B]) * speed * speed_change +
+                        0.5 * (seed[DS_L] * torque * twist +
+                               value[DS_L] * (seed[DS_initial_torque] * twist + torque * twist_change));
+}
+
+void ds_model_directional_derivatives(const void *memory, const double value[], const double seed[], int at_start,
+                                      double change[])
+{
+    const ds_neutral *const model = memory;
+    const ds_top_law *const top = &model->top;
+    if (at_start) {
+        differentiate_start(model, value, seed, change);
+        return;
+    }
+    change[DS_top_speed] = top->transmission * seed[DS_Omega];
+    change[DS_top_torque] = top->sliding * (seed[DS_Omega] - change[DS_top_speed]);
+    change[DS_bit_torque] = ds_neutral_torque_by_weight(state_in(model)) * seed[DS_WOB];
 }

@@ -20,6 +20,20 @@ static void answer(double value[])
     value[DS_WOB] = weight <= value[DS_WOB_max] ? weight : value[DS_WOB_max];
 }
 
+static void differentiate(const double value[], const double seed[], double change[])
+{
+    const double speed = value[DS_bit_speed];
+    const double weight = unlimited(value);
+    const double limit = value[DS_WOB_max];
+    const double faster = speed > 0.0 ? seed[DS_bit_speed] : speed < 0.0 ? -seed[DS_bit_speed] : fabs(seed[DS_bit_speed]);
+    const double heavier = seed[DS_K_w] * fabs(speed) + value[DS_K_w] * faster + seed[DS_WOB_0];
+    if (weight == limit) {
+        change[DS_WOB] = fmin(heavier, seed[DS_WOB_max]);
+    } else {
+        change[DS_WOB] = weight < limit ? heavier : seed[DS_WOB_max];
+    }
+}
+
 static void tell_changes(const double before[], const double value[], double time, ds_journal *journal)
 {
     const int limited = unlimited(value) > value[DS_WOB_max];

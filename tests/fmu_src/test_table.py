@@ -76,6 +76,7 @@ def test_a_python_fmu_promises_no_derivatives() -> None:
         flags = described(model, Packaging.PYTHON)[0].attrib
         assert flags["needsExecutionTool"] == "true"
         assert (flags["canInterpolateInputs"], flags["maxOutputDerivativeOrder"]) == ("false", "0")
+        assert flags["providesDirectionalDerivative"] == "false"
 
 
 def test_a_unit_nobody_defines_is_refused() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from ctypes import c_double, c_int
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -112,23 +112,21 @@ def points(grid: Sequence[float] | np.ndarray, *programs: Program) -> np.ndarray
     return np.unique(np.concatenate([grid, changes]))
 
 
-def follow(
+def travel(
     parameters: OracleParameters,
     omega: Program,
     wob: Program,
-    grid: Sequence[float] | np.ndarray,
+    ends: np.ndarray,
     packaging: str = "native",
     cells: int = 0,
-) -> Trajectory:
-    """Drive the plant with inputs that may jump and have slopes.
+) -> Iterator[Drive]:
+    """Drive the plant from one time to the next with inputs that may jump and have slopes; yield it at each.
 
     Where an input has no slope it is set when it changes only, so that it is held for the FMU as well.
     """
-    ends = points(grid, omega, wob)
     programs = {"Omega": omega, "WOB": wob}
     lines = {name: program.line(0.0, 0.0) for name, program in programs.items()}
     start_values = {**asdict(parameters), "cells": cells, **{name: line[0] for name, line in lines.items()}}
-    rows, times = [], []
     with Drive(PLANT, start_values, packaging) as plant:
         for end in ends.tolist():
             for name, program in programs.items():
@@ -139,6 +137,21 @@ def follow(
                 if line[1] != 0.0:
                     must(plant, plant.set_slopes(**{name: line[1]}))
             plant.go(end)
-            rows.append(plant.outputs())
-            times.append(plant.time)
-        return Trajectory(np.array(times), np.array(rows), plant.names)
+            yield plant
+
+
+def follow(
+    parameters: OracleParameters,
+    omega: Program,
+    wob: Program,
+    grid: Sequence[float] | np.ndarray,
+    packaging: str = "native",
+    cells: int = 0,
+) -> Trajectory:
+    """Drive the plant along a grid and through all changes of the inputs, and return what it puts out."""
+    rows, times, names = [], [], []
+    for plant in travel(parameters, omega, wob, points(grid, omega, wob), packaging, cells):
+        rows.append(plant.outputs())
+        times.append(plant.time)
+        names = plant.names
+    return Trajectory(np.array(times), np.array(rows), names)

@@ -168,6 +168,20 @@ class Instance:
             (c_double * n)(*slopes.values()),
         )
 
+    def rate(self, name: str) -> float:
+        """Return the first derivative of an output by time; an error is raised."""
+        value = c_double()
+        arguments = self.references([name]), 1, (c_int * 1)(1), byref(value)
+        must(self, self.call("GetRealOutputDerivatives", *arguments))
+        return value.value
+
+    def sensitivity(self, name: str, **seeds: float) -> float:
+        """Return the derivative of an output in a direction of inputs and parameters; an error is raised."""
+        change, n = c_double(), len(seeds)
+        known = self.references(seeds), n, (c_double * n)(*seeds.values())
+        must(self, self.call("GetDirectionalDerivative", self.references([name]), 1, *known, byref(change)))
+        return change.value
+
     def get(self, name: str) -> float:
         """Return the value of a variable; an error is raised."""
         kind = self.kind(name)

@@ -207,34 +207,8 @@ def test_experiment_with_tolerance_and_stop_time_is_fine():
         assert fmu.step(1.0, 0.5) == OK
 
 
-@pytest.mark.parametrize("order", [0, 2, -1])
-def test_derivative_of_another_order_is_an_error(order):
+def test_no_step_can_be_cancelled():
     with Drive(PLANT, SLOW) as fmu:
-        arguments = fmu.references(["Omega"]), 1, (c_int * 1)(order), room("Real")
-        assert fmu.call("SetRealInputDerivatives", *arguments) == ERROR
-        assert "Omega has no derivative of that order" in fmu.messages[-1].text
-        assert_usable(fmu)
-
-
-@pytest.mark.parametrize("name", ["bit_speed", "c_b"])
-def test_derivative_of_what_is_no_input_is_an_error(name):
-    with Drive(PLANT, SLOW) as fmu:
-        assert fmu.set_slopes(**{name: 1.0}) == ERROR
-        assert_usable(fmu)
-
-
-def test_output_derivatives_are_an_error_where_the_description_promises_none():
-    with Drive(PLANT, SLOW) as fmu:
-        assert fmu.library.description.coSimulation.maxOutputDerivativeOrder == 0
-        arguments = fmu.references(["bit_speed"]), 1, (c_int * 1)(1), room("Real")
-        assert fmu.call("GetRealOutputDerivatives", *arguments) == ERROR
-        assert_usable(fmu)
-
-
-def test_what_is_not_provided_says_so():
-    with Drive(PLANT, SLOW) as fmu:
-        one = references(0)
-        assert fmu.call("GetDirectionalDerivative", one, 1, one, 1, room("Real"), room("Real")) == ERROR
         assert fmu.call("CancelStep") == ERROR
         assert_usable(fmu)
 

@@ -1,0 +1,63 @@
+#include "ds_neutral_rate.h"
+
+#include <math.h>
+
+/* derivative by time of a quartic over a piece of a duration [s] */
+static double rate_of(ds_quartic c, double x, double duration)
+{
+    return (c.c1 + x * (2.0 * c.c2 + x * (3.0 * c.c3 + x * (4.0 * c.c4)))) / duration;
+}
+
+/* dry torque per weight [m] in a slip, and its derivative by the speed in that direction [m s/rad] */
+static double dry_arm(const ds_bit_law *law, int direction, double speed, double *fading)
+{
+    const double excess = law->excess * ds_friction_fading(law, direction, speed);
+    *fading = -law->rate * excess;
+    return law->coulomb + excess;
+}
+
+static double bit_torque_rate(const ds_bit_law *law, const ds_bit *bit, double x, double duration)
+{
+    if (bit->direction == 0) {
+        return law->twice_impedance * rate_of(bit->arriving, x, duration);
+    }
+    const double acceleration = rate_of(bit->turning, x, duration);
+    const double weight = bit->weight + x * bit->weight_rise;
+    double fading;
+    const double arm = dry_arm(law, bit->direction, ds_quartic_value(bit->turning, x), &fading);
+    return (law->viscosity + weight * fading) * acceleration + bit->direction * (bit->weight_rise / duration) * arm;
+}
+
+void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_rates *rates)
+{
+    const ds_bit *const bit = &state->bit;
+    const ds_top *const top = &state->top;
+    const double x = ds_neutral_present_in(state, bit->block, bit->begin, bit->end);
+    const double y = ds_neutral_present_in(state, top->block, top->begin, top->end);
+    const double bit_piece = (bit->end - bit->begin) * model->clock.block;
+    const double top_piece = (top->end - top->begin) * model->clock.block;
+    const double acceleration = rate_of(bit->turning, x, bit_piece);
+    ds_neutral_outputs now;
+    ds_neutral_read(model, state, &now);
+    rates->bit_speed = acceleration;
+    rates->top_speed = rate_of(ds_top_speed(top), y, top_piece);
+    rates->bit_torque = bit_torque_rate(&state->law, bit, x, bit_piece);
+    rates->top_torque = model->top.sliding * (top->omega.slope - rates->top_speed);
+    rates->bit_angle = now.bit_speed;
+    rates->top_angle = now.top_speed;
+    rates->work_in = now.top_torque * now.top_speed;
+    rates->bit_loss = now.bit_torque * now.bit_speed;
+    rates->energy = rates->work_in - rates->bit_loss;
+    rates->stuck_time = now.bit_stuck;
+    /* an extreme moves while the speed is at it and goes further */
+    rates->bit_speed_min = now.bit_speed <= now.bit_speed_min ? fmin(acceleration, 0.0) : 0.0;
+    rates->bit_speed_max = now.bit_speed >= now.bit_speed_max ? fmax(acceleration, 0.0) : 0.0;
+}
+
+double ds_neutral_torque_by_weight(const ds_neutral_state *state)
+{
+    const ds_bit *const bit = &state->bit;
+    double fading;
+    const double speed = ds_quartic_value(bit->turning, ds_neutral_present_in(state, bit->block, bit->begin, bit->end));
+    return bit->direction * dry_arm(&state->law, bit->direction, speed, &fading);
+}

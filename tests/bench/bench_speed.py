@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from functools import partial
 
 import numpy as np
 import pytest
 
-from cosim import load_scenario, simulate
-from tests.bench.native import run_coupled, run_do_step, run_kernel, run_plant
+from tests.bench.coupled import LOOPS, STEPS
+from tests.bench.native import run_do_step, run_kernel, run_plant
 from tests.bench.peers import PEERS, Case, Slips, period_error
 from tests.oracle import OracleParameters, Program, solve
 from tests.plant.drive import Drive
@@ -69,10 +70,16 @@ def bench_jumping_input(benchmark, omega: str) -> None:
     benchmark(partial(run_plant, 0.001, 20.0, jump=omega == "jumping"))
 
 
-@pytest.mark.parametrize("form", ["FMUs alone", "Python master"])
+@pytest.mark.parametrize("form", list(LOOPS))
 def bench_coupled_steps(benchmark, form: str) -> None:
-    benchmark.group = "plant and WeightOnBitLaw coupled, 10000 steps"
-    benchmark(partial(run_coupled, 0.01, END) if form == "FMUs alone" else partial(simulate, load_scenario("wob-law")))
+    benchmark.group = f"plant and two laws coupled, {STEPS} steps"
+    with ExitStack() as stack:
+
+        def begin() -> tuple[tuple[object, ...], dict[str, object]]:
+            stack.close()
+            return (stack.enter_context(LOOPS[form]()),), {}
+
+        benchmark.pedantic(lambda loop: loop.run(), setup=begin, rounds=10)
 
 
 @pytest.mark.parametrize("error", [1e-4, 1e-6])

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from tests.bench.coupled import LOOPS, STEPS
 from tests.bench.peers import RECORDED
-
-STEPS = 10_000
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
@@ -39,10 +38,12 @@ def _ratios(least: dict[str, float]) -> dict[str, str]:
     held, jumping = (least.get(f"bench_jumping_input[{omega}]") for omega in ("constant", "jumping"))
     if held and jumping:
         lines["Omega jumps every 1 ms against constant Omega"] = f"{jumping / held:.2f} times the cost"
-    alone, master = (least.get(f"bench_coupled_steps[{form}]") for form in ("FMUs alone", "Python master"))
-    if alone and master:
-        over = (master - alone) / STEPS * 1e6
-        lines["coupled step of plant and law in the Python master"] = f"{over:.1f} us beyond the FMUs' own time"
+    loops = {form: least.get(f"bench_coupled_steps[{form}]") for form in LOOPS}
+    if alone := loops["FMUs alone"]:
+        for form, time in loops.items():
+            if time and form != "FMUs alone":
+                over = (time - alone) / STEPS * 1e6
+                lines[f"coupled step of plant and two laws, {form}"] = f"{over:.2f} us beyond the FMUs' own time"
     for error in ("0.0001", "1e-06"):
         own = least.get(f"bench_product[{error}]")
         for name, time in least.items():

@@ -25,6 +25,12 @@ typedef struct {
     fmi2ValueReference input;
 } importer;
 
+/* an output that is passed on to an input */
+typedef struct {
+    size_t source, target; /* numbers of FMUs */
+    fmi2ValueReference output, input;
+} connection;
+
 /* an Omega that jumps by up to 0.5 rad/s every step */
 static double jumping(long k)
 {
@@ -84,20 +90,27 @@ EXPORT int bench_fmu(const importer *fmu, double step, long steps, int set, int 
     return 0;
 }
 
-/* plant and law coupled as the master does it (Gauss-Seidel), everything read */
-EXPORT int bench_coupled(const importer *plant, const importer *law, fmi2ValueReference speed,
-                         fmi2ValueReference weight, double step, long steps)
+static int pass_on(const importer *const fmus[], const connection *c)
+{
+    double value;
+    return fmus[c->source]->get_real(fmus[c->source]->component, &c->output, 1, &value) > fmi2OK ||
+           fmus[c->target]->set_real(fmus[c->target]->component, &c->input, 1, &value) > fmi2OK;
+}
+
+/* FMUs coupled as the master does it (Jacobi), everything read and nothing recorded: the FMUs' own time */
+EXPORT int bench_coupled(const importer *const fmus[], size_t count, const connection connections[],
+                         size_t connection_count, double step, long steps)
 {
     for (long k = 0; k < steps; ++k) {
-        double v;
-        double w;
-        if (law->get_real(law->component, &weight, 1, &w) > fmi2OK ||
-            plant->set_real(plant->component, &plant->input, 1, &w) > fmi2OK ||
-            plant->do_step(plant->component, (double)k * step, step, fmi2True) > fmi2OK || read_all(plant) ||
-            plant->get_real(plant->component, &speed, 1, &v) > fmi2OK ||
-            law->set_real(law->component, &law->input, 1, &v) > fmi2OK ||
-            law->do_step(law->component, (double)k * step, step, fmi2True) > fmi2OK || read_all(law)) {
-            return 1;
+        for (size_t i = 0; i < connection_count; ++i) {
+            if (pass_on(fmus, &connections[i])) {
+                return 1;
+            }
+        }
+        for (size_t i = 0; i < count; ++i) {
+            if (fmus[i]->do_step(fmus[i]->component, (double)k * step, step, fmi2True) > fmi2OK || read_all(fmus[i])) {
+                return 1;
+            }
         }
     }
     return 0;

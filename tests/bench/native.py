@@ -47,15 +47,17 @@ def loops() -> ctypes.CDLL:
     loaded.bench_kernel.argtypes, loaded.bench_kernel.restype = (c_double, c_long, c_int), c_double
     loaded.bench_do_step.argtypes = (c_void_p, c_double, c_long)
     loaded.bench_fmu.argtypes = (c_void_p, c_double, c_long, c_int, c_int)
-    loaded.bench_coupled.argtypes = (c_void_p, c_void_p, c_uint, c_uint, c_double, c_long)
+    loaded.bench_coupled.argtypes = (c_void_p, c_size_t, c_void_p, c_size_t, c_double, c_long)
     return loaded
 
 
-def importer(fmu: Instance, input_name: str) -> Importer:
-    """Bind the functions of an FMU, one input to set and all outputs to get."""
+def importer(fmu: Instance, input_name: str | None = None) -> Importer:
+    """Bind the functions of an FMU, one input to set, if any, and all outputs to get."""
     outputs = [v for v in fmu.variables.values() if v.causality == "output"]
     groups = {kind: [v.valueReference for v in outputs if v.type == kind] for kind in ("Real", "Integer", "Boolean")}
-    bound = Importer(component=fmu.component, input=fmu.variables[input_name].valueReference)
+    bound = Importer(component=fmu.component)
+    if input_name is not None:
+        bound.input = fmu.variables[input_name].valueReference
     for field, function in (
         ("set_real", "fmi2SetReal"),
         ("do_step", "fmi2DoStep"),
@@ -87,12 +89,3 @@ def run_do_step(step: float, end: float) -> None:
     """Run the plant FMU from rest with nothing set and nothing read."""
     with Drive("DrillstringNeutral", {}) as plant:
         assert loops().bench_do_step(ctypes.byref(importer(plant, "Omega")), step, round(end / step)) == 0
-
-
-def run_coupled(step: float, end: float) -> None:
-    """Run plant and WeightOnBitLaw, Gauss-Seidel, with every output read."""
-    with Drive("DrillstringNeutral", {}) as plant, Drive("WeightOnBitLaw", {}) as law:
-        bound = importer(plant, "WOB"), importer(law, "bit_speed")
-        speed, weight = plant.variables["bit_speed"].valueReference, law.variables["WOB"].valueReference
-        pointers = (ctypes.byref(part) for part in bound)
-        assert loops().bench_coupled(*pointers, speed, weight, step, round(end / step)) == 0

@@ -1,0 +1,123 @@
+"""One coupled system under four loops: FMUs called from C and nothing else, our two loops, and libcosim."""
+
+from __future__ import annotations
+
+import ctypes
+from contextlib import ExitStack
+from ctypes import c_size_t, c_uint, c_void_p
+from functools import partial
+
+from cosim import Component, Connection, System
+from cosim.algorithms import EXPLICIT
+from cosim.compatibility import check_system
+from cosim.description import read_description
+from cosim.fmu_slave import open_fmu
+from cosim.grid import communication_points
+from cosim.initialisation import initialise
+from cosim.locate import locate_fmu
+from cosim.master import readable_steps
+from cosim.step_loop import compiled_steps
+from cosim.system import split_name
+from cosim.wiring import wire
+from tests.bench.native import importer, loops
+from tests.importers.test_libcosimpy import build
+from tests.plant.drive import Drive
+
+STEP = 0.001
+STEPS = 20_000
+SYSTEM = System(
+    (
+        Component("plant", "DrillstringNeutral"),
+        Component("law", "WeightOnBitLaw"),
+        Component("program", "DrillingProgram"),
+    ),
+    (
+        Connection("program.Omega", "plant.Omega"),
+        Connection("law.WOB", "plant.WOB"),
+        Connection("plant.bit_speed", "law.bit_speed"),
+    ),
+)
+
+
+class Link(ctypes.Structure):
+    """The struct `connection` of loop.c."""
+
+    _fields_ = (("source", c_size_t), ("target", c_size_t), ("output", c_uint), ("input", c_uint))
+
+
+class Alone:
+    """The FMUs called from C, every output read, nothing recorded: their own time."""
+
+    def __enter__(self) -> Alone:
+        self._stack = ExitStack()
+        fmus = {part.name: self._stack.enter_context(Drive(part.fmu, {})) for part in SYSTEM.components}
+        places = {name: place for place, name in enumerate(fmus)}
+        self._bound = [importer(fmu) for fmu in fmus.values()]
+        self._pointers = (c_void_p * len(fmus))(*(ctypes.addressof(bound) for bound in self._bound))
+        self._links = (Link * len(SYSTEM.connections))()
+        for link, connection in zip(self._links, SYSTEM.connections, strict=True):
+            (source, output), (target, given) = split_name(connection.source), split_name(connection.target)
+            link.source, link.output = places[source], fmus[source].variables[output].valueReference
+            link.target, link.input = places[target], fmus[target].variables[given].valueReference
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def run(self) -> None:
+        """Take all steps."""
+        arguments = self._pointers, len(self._pointers), self._links, len(self._links)
+        assert loops().bench_coupled(*arguments, STEP, STEPS) == 0
+
+
+class Master:
+    """The FMUs in our master, everything recorded, with one of its two loops."""
+
+    def __init__(self, *, compiled: bool) -> None:
+        self._compiled = compiled
+
+    def __enter__(self) -> Master:
+        self._stack = ExitStack()
+        files = {part.name: locate_fmu(part.fmu, "native", None) for part in SYSTEM.components}
+        described = {name: read_description(path) for name, path in files.items()}
+        slaves = {n: self._stack.enter_context(open_fmu(n, path, described[n])) for n, path in files.items()}
+        start_values = check_system(SYSTEM, described)
+        grid = communication_points(0.0, STEPS * STEP, STEP, [], True)
+        nodes = wire(SYSTEM, slaves, start_values, grid, EXPLICIT["jacobi"], list(files))
+        for node in nodes:
+            node.slave.setup(node.block, start_values[node.name], 0.0, STEPS * STEP)
+        initialise(nodes)
+        steps = compiled_steps(nodes, grid) if self._compiled else readable_steps(nodes, grid)
+        assert steps is not None
+        self._steps = steps
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def run(self) -> None:
+        """Take all steps."""
+        self._steps(1, STEPS)
+
+
+class Libcosim:
+    """The FMUs in libcosim, nothing recorded."""
+
+    def __enter__(self) -> Libcosim:
+        self._execution = build(SYSTEM, STEP)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        del self._execution
+
+    def run(self) -> None:
+        """Take all steps."""
+        assert self._execution.step(STEPS)
+
+
+LOOPS = {
+    "FMUs alone": Alone,
+    "compiled loop": partial(Master, compiled=True),
+    "Python loop": partial(Master, compiled=False),
+    "libcosim": Libcosim,
+}

@@ -65,7 +65,7 @@ WEIGHT_ON_BIT_LAW_USE: tuple[str, ...] = tuple(
     phrase(item)
     for item in (
         "Connect `bit_speed` from the string, and `WOB` to the string.",
-        "The communication step is the law's sample time: take 0.001 s.",
+        "The communication step is the law's sample time: 0.01 s will do, 0.001 s is closer to a law without one.",
         "The weight grows with the speed, so the string turns slower than with `WOB_0` alone: with the start values of "
         "all FMUs it settles at 5.179327 rad/s.",
     )

@@ -131,6 +131,16 @@ def test_the_installed_package_builds_the_same_bytes(built: Path, tmp_path: Path
     assert_same_files(built, tmp_path / "output")
 
 
+@pytest.mark.parametrize("name", MODELS)
+def test_a_library_is_the_same_whatever_others_are_beside_it(built: Path, name: str) -> None:
+    alone, among = (zipfile.ZipFile(folder / "native" / f"{name}.fmu") for folder in (built, DIST))
+    with alone, among:
+        (library,) = (member for member in alone.namelist() if member.startswith("binaries/"))
+        assert len([member for member in among.namelist() if member.startswith("binaries/")]) == 5
+        for member in (library, "modelDescription.xml"):
+            assert alone.read(member) == among.read(member)
+
+
 def test_an_edit_changes_the_identity(built: Path, tmp_path: Path) -> None:
     elsewhere = copy_sources(tmp_path / "edited")
     for source in ("fmu_src/native/model_WeightOnBitLaw.c", "fmu_src/python/WeightOnBitLaw.py"):

@@ -201,12 +201,12 @@ class Bit:
 
     def _slip(self) -> None:
         """Integrate the bit equation over the piece, or up to the place where the bit comes to rest."""
-        self._collocate()
-        for _ in range(MOST_HALVINGS):
+        self._collocate(last_try=False)
+        for i in range(MOST_HALVINGS):
             if self.roughness <= 1.0:
                 break
             self._shorten(0.5, self.begin + 0.5 * (self.end - self.begin))
-            self._collocate()
+            self._collocate(last_try=i + 1 == MOST_HALVINGS)
         t0, t1, t2, t3, t4 = self.turning
         x = first_positive((-t0, -t1, -t2, -t3, -t4) if self.direction > 0 else self.turning)
         if x > 1.0:
@@ -217,12 +217,12 @@ class Bit:
         self._shorten(x, self.begin + x * (self.end - self.begin))
         self.stops = True
 
-    def _collocate(self) -> None:
+    def _collocate(self, *, last_try: bool) -> None:
         """Integrate the bit equation over the piece as it is."""
         duration = (self.end - self.begin) * self.clock.block
         dry = (self.weight, self.weight_rise)
         accuracy = Accuracy(self.truncation, self.accuracy.newton)
-        slip = collocate(self.law, accuracy, self.direction, duration, self.speed, self.arriving, dry)
+        slip = collocate(self.law, accuracy, self.direction, duration, self.speed, self.arriving, dry, last_try)
         self.turning, self.power, self.roughness = slip
         self.whole = True
 

@@ -81,10 +81,11 @@ def collocate(
     start: float,
     arriving: Quartic,
     pressure: tuple[float, float],
+    last_try: bool,
 ) -> Slip:
     """Return the slip over a piece, by Newton's method from a friction that changes as at the begin.
 
-    Where the begin alone shows that the piece is too rough, it is not integrated.
+    Where the begin alone shows that the piece is too rough, it is integrated only at the last try.
 
     Parameters
     ----------
@@ -102,13 +103,15 @@ def collocate(
         D(t - Gamma) on the piece [rad/s].
     pressure : (float, float)
         Weight on bit at its begin, and its rise over the piece [N].
+    last_try : bool
+        The piece will not be halved again.
     """
     drive = tuple(law.twice_impedance * value(arriving, node) for node in NODES)
     weight = tuple(pressure[0] + node * pressure[1] for node in NODES)
     piece = _Piece(law, direction, duration / law.inertia, drive, weight)
     g0, j0, dry0, _ = piece.slope(0, start)
     roughness = abs(j0) / GREATEST_STIFFNESS
-    if roughness > 1.0:
+    if roughness > 1.0 and not last_try:
         return Slip(ZERO, 0.0, roughness)
     if start == 0.0 and g0 * direction < 0.0:
         g0 = 0.0  # by rounding: at a release the friction is overcome

@@ -36,13 +36,13 @@ void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
 }
 
 /* integrate the bit equation over the piece as it is */
-static void collocate(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
+static void collocate(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, int last_try)
 {
     const double duration = (bit->end - bit->begin) * clock->block;
     const ds_pressure pressure = {bit->weight, bit->weight_rise};
     const ds_accuracy accuracy = {bit->truncation, bit->accuracy.newton};
     const ds_slip slip =
-        ds_slip_collocate(law, &accuracy, bit->direction, duration, bit->speed, bit->arriving, pressure);
+        ds_slip_collocate(law, &accuracy, bit->direction, duration, bit->speed, bit->arriving, pressure, last_try);
     bit->turning = slip.speed;
     bit->power = slip.power;
     bit->roughness = slip.roughness;
@@ -62,10 +62,10 @@ static void shorten(ds_bit *bit, double x, double fraction)
 /* integrate the bit equation over the piece, or up to the place where the bit comes to rest */
 static void slip(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
 {
-    collocate(law, clock, bit);
+    collocate(law, clock, bit, 0);
     for (int i = 0; i < MOST_HALVINGS && !(bit->roughness <= 1.0); ++i) {
         shorten(bit, 0.5, bit->begin + 0.5 * (bit->end - bit->begin));
-        collocate(law, clock, bit);
+        collocate(law, clock, bit, i + 1 == MOST_HALVINGS);
     }
     const ds_quartic t = bit->turning;
     const ds_quartic back = {-t.c0, -t.c1, -t.c2, -t.c3, -t.c4};

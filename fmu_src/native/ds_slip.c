@@ -117,7 +117,7 @@ static void guess_slip(const slip_piece *p, ds_quartic arriving, slip_unknowns *
 }
 
 ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, int direction, double duration,
-                          double start, ds_quartic arriving, ds_pressure pressure)
+                          double start, ds_quartic arriving, ds_pressure pressure, int last_try)
 {
     slip_piece p = {law, direction, duration / law->inertia, {0.0}, {0.0}};
     for (int i = 0; i < 4; ++i) {
@@ -126,7 +126,7 @@ ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, in
     }
     const slip_point first = at_point(&p, 0, start);
     ds_slip slip = {{0.0, 0.0, 0.0, 0.0, 0.0}, 0.0, fabs(first.derivative) / GREATEST_STIFFNESS};
-    if (slip.roughness > 1.0) {
+    if (slip.roughness > 1.0 && !last_try) {
         return slip;
     }
     /* by rounding it may seem to slip back at a release, but there the friction is overcome */

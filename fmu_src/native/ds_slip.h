@@ -26,8 +26,9 @@ typedef struct {
 } ds_slip;
 
 DS_SHARED ds_accuracy ds_accuracy_on(const ds_clock *clock);
-/* the slip in a direction over a piece of a duration [s] that begins with the speed `start` [rad/s] */
+/* the slip in a direction over a piece of a duration [s] that begins with the speed `start` [rad/s]; a piece whose
+ * begin shows that it is too rough is integrated only if it is the last try */
 DS_SHARED ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, int direction, double duration,
-                          double start, ds_quartic arriving, ds_pressure pressure);
+                                    double start, ds_quartic arriving, ds_pressure pressure, int last_try);
 
 #endif

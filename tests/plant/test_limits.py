@@ -100,6 +100,18 @@ def test_free_bit_answers_the_first_wave_like_a_mass_on_a_damper(inertia):
     assert not run["bit_stuck"][run.times > parameters.travel_time].any()
 
 
+@pytest.mark.parametrize("packaging", ["native", "python"])
+def test_friction_that_fades_at_once_is_coulomb_friction(packaging):
+    # I_B v' = tau0 - W R_b mu_cb - (Z + c_b) v, over pieces so long that no number of halvings follows the fading
+    parameters = replace(PAPER, L=1e5, v_f=1e-6, initial_torque=2e6)
+    grid = np.arange(1, 40) * 0.5
+    drive, weight = Program.constant(2e6 / PAPER.c_a), Program.constant(1e7)
+    run = follow(parameters, drive, weight, grid, cells=4, packaging=packaging)
+    damping = parameters.impedance + parameters.c_b
+    push = (2e6 - 1e7 * parameters.R_b * parameters.mu_cb) / damping
+    assert run["bit_speed"] == pytest.approx(push * -np.expm1(-damping / parameters.I_B * grid), rel=1e-8)
+
+
 def test_bit_at_rest_slips_at_once_under_more_than_the_static_torque():
     static = 97347.0 * PAPER.R_b * PAPER.mu_sb
     for torque, slips in ((static - 1.0, 0), (static + 1.0, 1), (-static - 1.0, 1), (1.0 - static, 0)):

@@ -79,6 +79,8 @@ class Description:
     feedthrough, initial_feedthrough : mapping of str to frozenset of str
         On which inputs an output depends directly, in a step and in initialization mode, by the name of the output.
         One that is missing here depends on all of them (FMI 2.0, section 2.2.8).
+    start_time, stop_time, step_size : float, optional
+        Of the default experiment, as far as there is one [s].
     """
 
     model_name: str
@@ -89,7 +91,13 @@ class Description:
     can_interpolate_inputs: bool = False
     once_per_process: bool = False
     can_save_state: bool = False
+    can_serialize_state: bool = False
     output_derivative_order: int = 0
+    provides_directional_derivative: bool = False
+    log_categories: tuple[str, ...] = ()
+    start_time: float | None = None
+    stop_time: float | None = None
+    step_size: float | None = None
     feedthrough: Mapping[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
     initial_feedthrough: Mapping[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
 
@@ -116,8 +124,15 @@ class Description:
         return frozenset(variable.name for variable in self.with_causality("input"))
 
 
-def read_description(path: Path) -> Description:
+def read_description(path: Path, *, validate: bool = True) -> Description:
     """Read the model description of an FMU without unpacking it.
+
+    Parameters
+    ----------
+    path : Path
+        The .fmu file.
+    validate : bool
+        Refuse what breaks the schema; without, it is read as far as it can be understood.
 
     Raises
     ------
@@ -129,7 +144,7 @@ def read_description(path: Path) -> Description:
     try:
         with tempfile.TemporaryDirectory(prefix="cosim-") as folder:
             Path(folder, _FILE).write_bytes(content)
-            read = fmpy_md.read_model_description(folder)  # pyright: ignore[reportUnknownMemberType]
+            read = fmpy_md.read_model_description(folder, validate=validate)  # pyright: ignore[reportUnknownMemberType]
     except fmpy_md.ValidationError as error:
         problems = "; ".join(str(problem) for problem in cast(list[object], error.problems))
         raise FmuFileError(f"{path}: modelDescription.xml is not valid: {problems}") from error
@@ -140,6 +155,7 @@ def read_description(path: Path) -> Description:
         raise FmuFileError(f"{path} is an FMU for model exchange only; expected one for co-simulation")
     _refuse_ambiguous_names(path, read)
     units = {str(unit.name): _unit(unit) for unit in read.unitDefinitions}
+    start_time, stop_time, step_size = _default_experiment(read.defaultExperiment)
     return Description(
         model_name=str(read.modelName),
         model_identifier=str(slave.modelIdentifier),
@@ -149,7 +165,13 @@ def read_description(path: Path) -> Description:
         can_interpolate_inputs=slave.canInterpolateInputs,
         once_per_process=slave.canBeInstantiatedOnlyOncePerProcess,
         can_save_state=slave.canGetAndSetFMUstate,
+        can_serialize_state=slave.canSerializeFMUstate,
         output_derivative_order=int(slave.maxOutputDerivativeOrder),
+        provides_directional_derivative=slave.providesDirectionalDerivative,
+        log_categories=tuple(str(category.name) for category in read.logCategories),
+        start_time=start_time,
+        stop_time=stop_time,
+        step_size=step_size,
         feedthrough=_feedthrough(read.outputs),
         initial_feedthrough=_feedthrough(read.initialUnknowns),
     )
@@ -179,6 +201,12 @@ def _refuse_ambiguous_names(path: Path, read: fmpy_md.ModelDescription) -> None:
     name, count = counts.most_common(1)[0] if counts else ("", 0)
     if count > 1:
         raise FmuFileError(f"{path}: {count} variables are named '{name}'; expected each name once")
+
+
+def _default_experiment(experiment: fmpy_md.DefaultExperiment | None) -> tuple[float | None, ...]:
+    """Return start time, stop time and step size [s], as far as they are given."""
+    texts = [getattr(experiment, name, None) for name in ("startTime", "stopTime", "stepSize")]
+    return tuple(None if text is None else float(text) for text in texts)
 
 
 def _feedthrough(unknowns: list[fmpy_md.Unknown]) -> dict[str, frozenset[str]]:

@@ -1,0 +1,83 @@
+"""What the checks of a running FMU share: its library, the exercise, and what an undisturbed run of it gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+from cosim.check.exercise import Exercise, Plan, Record
+from cosim.check.instance import Instance
+from cosim.check.library import Library
+from cosim.check.reference import Experiment
+from cosim.description import Description, Variable
+
+
+class Bench:
+    """One loaded FMU under test.
+
+    Parameters
+    ----------
+    library : Library
+        The FMU's functions.
+    plan : Plan
+        How far runs go.
+    experiments : sequence of Experiment
+        Of its reference.
+    folder : Path
+        For what a check leaves to a later one in another process.
+    forgive : callable
+        Called before what no standard asks an FMU to survive.
+    """
+
+    def __init__(
+        self,
+        library: Library,
+        plan: Plan,
+        experiments: Sequence[Experiment],
+        folder: Path,
+        forgive: Callable[[], None],
+    ) -> None:
+        self.library = library
+        self.experiments = tuple(experiments)
+        self.exercise = Exercise(library.description, plan)
+        self.folder = folder
+        self.forgive = forgive
+        self.undisturbed = cache(self._undisturbed)
+
+    @property
+    def description(self) -> Description:
+        """What the FMU says about itself."""
+        return self.library.description
+
+    def continuous(self, causality: str) -> tuple[Variable, ...]:
+        """Return the continuous inputs or outputs."""
+        found = self.description.with_causality(causality)
+        return tuple(v for v in found if v.type == "Real" and v.variability == "continuous")
+
+    @property
+    def plan(self) -> Plan:
+        """How far runs go."""
+        return self.exercise.plan
+
+    def adopt(self, plan: Plan) -> None:
+        """Let later runs follow another plan."""
+        self.exercise = Exercise(self.description, plan)
+        self.undisturbed.cache_clear()
+
+    def instance(self, name: str = "checked", *, guid: str | None = None, logging: bool = False) -> Instance:
+        """Return a new instance; it frees itself at the end of a with statement."""
+        return Instance(self.library, name, guid=guid, logging=logging)
+
+    @contextmanager
+    def started(self, name: str = "checked", *, logging: bool = False) -> Generator[Instance]:
+        """Yield an initialised instance; CallError if it cannot be had."""
+        with self.instance(name, logging=logging) as instance:
+            self.exercise.initialise(instance)
+            yield instance
+
+    def _undisturbed(self, variant: int = 0) -> Record:
+        """Run the whole exercise on an instance of its own."""
+        with self.started() as instance:
+            return self.exercise.run(instance, variant=variant)

@@ -1,0 +1,127 @@
+"""Derivatives of inputs over time, and of outputs by inputs (FMI 2.0.4, sections 4.2.1 and 2.1.9)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.check.bench import Bench
+from cosim.check.exercise import Exercise, Runner
+from cosim.check.instance import Instance
+from cosim.check.states import unclaimed
+from cosim.check.verdict import Outcome, failed, not_checked, passed
+from cosim.description import Variable
+
+FloatArray = NDArray[np.float64]
+
+_NEARER = 0.75
+_NUDGE, _AGREE = 1e-6, 1e-4
+
+
+def check_input_derivatives(bench: Bench) -> Outcome:
+    """Ramp each input three ways: by derivatives, held at the start of each step, held at its middle.
+
+    A slave that uses derivatives comes out nearer to the middle, which is right to second order, than to the start,
+    which is half a step late.
+    """
+    inputs = bench.continuous("input")
+    if not bench.description.can_interpolate_inputs:
+        return _unclaimed_inputs(bench, inputs)
+    if not inputs:
+        return not_checked("there are no continuous inputs")
+    used: list[str] = []
+    for variable in inputs:
+        by_slope = _ramp(bench, variable, 0.0, slopes=True)
+        at_start, at_middle = (_ramp(bench, variable, place, slopes=False) for place in (0.0, 0.5))
+        lag, rest = np.abs(by_slope - at_start), np.abs(by_slope - at_middle)
+        if not np.abs(at_start - at_middle).any():
+            continue
+        if not lag.any():
+            return failed(f"{variable.name}: accepted, and not used", "used")
+        shares = rest.max(axis=0)[lag.any(axis=0)] / lag.max(axis=0)[lag.any(axis=0)]
+        if np.median(shares) > _NEARER:
+            found = f"{variable.name}: no nearer to the ramp than held values ({np.median(shares):.2g} of their lag)"
+            return failed(found, f"at most {_NEARER:g} of their lag")
+        used.append(f"{variable.name} ({np.median(shares):.2g})")
+    if not used:
+        return not_checked("no output answers to an input within the run")
+    return passed(f"used; left of the lag: {', '.join(used)}", f"at most {_NEARER:g}")
+
+
+def _unclaimed_inputs(bench: Bench, inputs: tuple[Variable, ...]) -> Outcome:
+    if not inputs:
+        return not_checked("canInterpolateInputs is not claimed")
+
+    def attempt(instance: Instance) -> int:
+        return instance.set_slopes({inputs[0]: 0.0})
+
+    return unclaimed(bench, "canInterpolateInputs", attempt)
+
+
+def _ramp(bench: Bench, variable: Variable, place: float, slopes: bool) -> FloatArray:
+    """Run with one input on a ramp, set to its value at a place within each step, and return the Real outputs."""
+    plan = replace(bench.plan, moves=False)
+    start = float(variable.start or 0.0)
+    slope = _room(variable, start) / (plan.steps * plan.step)
+    with bench.started() as instance:
+        runner = Runner(Exercise(bench.description, plan), instance)
+        for index in range(plan.steps):
+            instance.must_set(variable, start + slope * (index + place) * plan.step)
+            if slopes:
+                instance.judge("SetRealInputDerivatives", instance.set_slopes({variable: slope}))
+            runner.step(index)
+        return runner.record().reals
+
+
+def _room(variable: Variable, start: float) -> float:
+    """Return how far an input is moved: a tenth of its start value, or of one, away from the nearer bound."""
+    reach = 0.1 * (abs(start) or 1.0)
+    if variable.maximum is not None and start + reach > variable.maximum:
+        return -reach
+    return reach
+
+
+def check_directional_derivatives(bench: Bench) -> Outcome:
+    """Compare partial derivatives of outputs by inputs with differences, in initialization mode."""
+    inputs, outputs = bench.continuous("input"), bench.continuous("output")
+    if not bench.description.provides_directional_derivative:
+        if not inputs or not outputs:
+            return not_checked("providesDirectionalDerivative is not claimed")
+        claim = "providesDirectionalDerivative"
+        return unclaimed(bench, claim, lambda i: i.directional_derivative(outputs[0], inputs[0])[0])
+    fed = {output: bench.description.fed_through(output.name, initially=True) for output in outputs}
+    pairs = [(output, variable) for output in outputs for variable in inputs if variable.name in fed[output]]
+    if not pairs:
+        return not_checked("no output is declared to depend on an input directly")
+    for output, variable in pairs:
+        given, difference = _partial(bench, output, variable)
+        if not abs(given - difference) <= _AGREE * max(abs(given), abs(difference), _AGREE):
+            found = f"{output.name} by {variable.name}: {given:.9g}; difference quotient {difference:.9g}"
+            return failed(found, f"within {_AGREE:g} of itself")
+    return passed(f"{len(pairs)} right", f"within {_AGREE:g} of itself")
+
+
+def _partial(bench: Bench, output: Variable, variable: Variable) -> tuple[float, float]:
+    """Return a partial derivative as given, and as a central difference in initialization mode.
+
+    The FMU must give it between steps as well, where there is no difference to compare with: to get after a set needs
+    a step between.
+    """
+    start = float(variable.start or 0.0)
+    nudge = _NUDGE * max(abs(start), 1.0)
+    with bench.instance() as instance:
+        instance.must("SetupExperiment", 0, 0.0, bench.plan.start, 0, 0.0)
+        instance.must("EnterInitializationMode")
+        status, given = instance.directional_derivative(output, variable)
+        instance.judge("GetDirectionalDerivative", status)
+        values: list[float] = []
+        for value in (start + nudge, start - nudge):
+            instance.must_set(variable, value)
+            values.append(float(instance.get(output)))
+        instance.must_set(variable, start)
+        instance.must("ExitInitializationMode")
+        status, later = instance.directional_derivative(output, variable)
+        instance.judge("GetDirectionalDerivative", status)
+    return (given if np.isfinite(later) else later), (values[0] - values[1]) / (2.0 * nudge)

@@ -11,10 +11,14 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from cosim.check import TIME_LIMIT, check_fmu
+from cosim.check.junit import write_junit
+from cosim.check.table import print_report
 from cosim.console_log import SentenceHandler
 from cosim.errors import CosimError, InputError
 from cosim.interrupt import interruptible
@@ -96,6 +100,30 @@ def export(
         overrides = dict(_override(text) for text in set_ or ())
         export_ssp(loaded, file, packaging=packaging, variant=variant, overrides=overrides)
         _console().print(Text(f"wrote {file}"), soft_wrap=True)
+
+
+@app.command()
+def check(
+    fmu: Annotated[Path, typer.Argument(help="An FMU by FMI 2.0 for co-simulation, anybody's.", metavar="FILE.fmu")],
+    reference: Annotated[
+        Path | None, typer.Option(help="Folder with reference experiments, instead of those in the FMU.")
+    ] = None,
+    junit: Annotated[Path | None, typer.Option(help="Write a JUnit XML file as well.")] = None,
+    time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds each check may take.")] = TIME_LIMIT,
+) -> None:
+    """Check an FMU: file, description, claims, and reference results; exit with 0 if nothing fails, else with 1."""
+    with _sentences():
+        errors = Console(stderr=True)
+        with errors.status("checking") as status:
+            report = check_fmu(
+                fmu, reference, time_limit=time_limit, tell=lambda name: status.update(f"checking {escape(name)}")
+            )
+        console = _console()
+        print_report(console, report)
+        if junit is not None:
+            write_junit(report, junit)
+            console.print(Text(f"wrote {junit}"), soft_wrap=True)
+    raise typer.Exit(0 if report.passed else 1)
 
 
 def main() -> None:

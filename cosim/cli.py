@@ -20,6 +20,7 @@ from cosim.check import TIME_LIMIT, check_fmu
 from cosim.check.junit import write_junit
 from cosim.check.table import print_report
 from cosim.console_log import SentenceHandler
+from cosim.container import export_container
 from cosim.errors import CosimError, InputError
 from cosim.interrupt import interruptible
 from cosim.job import Job, Outcome, run_job
@@ -86,20 +87,29 @@ def export(
     scenario: Annotated[
         str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
     ],
-    file: Annotated[Path, typer.Argument(help="The .ssp file to write.", metavar="FILE.ssp")],
+    file: Annotated[Path | None, typer.Argument(help="The .ssp file to write.", metavar="[FILE.ssp]")] = None,
+    container: Annotated[
+        Path | None, typer.Option(help="The .fmu file to write: the whole system as one FMU.", metavar="FILE.fmu")
+    ] = None,
     packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
     ] = None,
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
 ) -> None:
-    """Write a scenario, with its FMUs, as one file that other tools read (SSP 1.0)."""
+    """Write a scenario, with its FMUs, as one file that other tools read: SSP 1.0, or an FMU of FMUs."""
     with _sentences(), _opened(scenario) as loaded:
-        if file.suffix != ".ssp":
-            raise InputError(f"{file}: expected a name that ends in .ssp")
+        wanted = [(file, ".ssp", export_ssp), (container, ".fmu", export_container)]
+        targets = [(path, suffix, write) for path, suffix, write in wanted if path is not None]
+        for path, suffix, _ in targets:
+            if path.suffix != suffix:
+                raise InputError(f"{path}: expected a name that ends in {suffix}")
+        if not targets:
+            raise InputError("nothing to write; expected FILE.ssp or --container FILE.fmu")
         overrides = dict(_override(text) for text in set_ or ())
-        export_ssp(loaded, file, packaging=packaging, variant=variant, overrides=overrides)
-        _console().print(Text(f"wrote {file}"), soft_wrap=True)
+        for path, _, write in targets:
+            write(loaded, path, packaging=packaging, variant=variant, overrides=overrides)
+            _console().print(Text(f"wrote {path}"), soft_wrap=True)
 
 
 @app.command()

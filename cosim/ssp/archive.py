@@ -1,19 +1,16 @@
-"""The .ssp file itself: members read by name, and archives that depend on nothing but names and contents."""
+"""The .ssp file itself, of which members are read by name."""
 
 from __future__ import annotations
 
-import io
 import zipfile
 import zlib
-from collections.abc import Generator, Mapping
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote, urlsplit
 
 from cosim.errors import SspError
 from cosim.ssp.vocabulary import STRUCTURE
-
-_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 class SspArchive:
@@ -80,21 +77,3 @@ def open_archive(path: Path) -> Generator[SspArchive]:
         if STRUCTURE not in file.namelist():
             raise SspError(f"{path} is not an SSP file: there is no {STRUCTURE} in it")
         yield SspArchive(path, file)
-
-
-def pack(files: Mapping[str, bytes]) -> bytes:
-    """Return a zip archive, the description first; stored, since compressors differ in the bytes they make.
-
-    Parameters
-    ----------
-    files : mapping of str to bytes
-        Contents by name.
-    """
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as out:
-        for name in sorted(files, key=lambda name: (name != STRUCTURE, name)):
-            entry = zipfile.ZipInfo(name, _EPOCH)
-            entry.create_system = 3  # Unix, on every host, so that the permissions below count
-            entry.external_attr = 0o100644 << 16
-            out.writestr(entry, files[name])
-    return buffer.getvalue()

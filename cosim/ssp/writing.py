@@ -6,8 +6,6 @@ time or place: the same scenario gives the same bytes.
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,12 +14,12 @@ from xml.etree.ElementTree import Element, SubElement
 
 from cosim.compatibility import check_system
 from cosim.description import Description, Variable, read_description
-from cosim.errors import OutputError, SspError
+from cosim.errors import SspError
 from cosim.locate import locate_fmu
+from cosim.packing import pack, put_in_place
 from cosim.scenario import Scenario
 from cosim.signals import Value
 from cosim.ssp.annotation import add_scenario, mark_as_signals
-from cosim.ssp.archive import pack
 from cosim.ssp.document import write_document
 from cosim.ssp.parameter_set import parameter_set
 from cosim.ssp.program import as_components
@@ -72,7 +70,8 @@ def export_ssp(
     chosen = scenario.variant(variant)
     system = scenario.system.with_values(chosen.values if chosen else {}).with_values(overrides or {})
     name = f"{scenario.name}-{chosen.name}" if chosen else scenario.name
-    _write(path, pack(ssp_files(replace(scenario, name=name, system=system, variants=()), packaging)))
+    files = ssp_files(replace(scenario, name=name, system=system, variants=()), packaging)
+    put_in_place(path, pack(files, STRUCTURE))
 
 
 def ssp_files(scenario: Scenario, packaging: str) -> dict[str, bytes]:
@@ -176,15 +175,3 @@ def _ends(connection: Connection) -> dict[str, str]:
     """Write a connection as attributes."""
     (source, output), (target, given) = split_name(connection.source), split_name(connection.target)
     return {"startElement": source, "startConnector": output, "endElement": target, "endConnector": given}
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Put a file in its place when it is complete."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as folder:
-            draft = Path(folder, path.name)
-            draft.write_bytes(content)
-            os.replace(draft, path)
-    except OSError as error:
-        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import zipfile
 import zlib
 from collections.abc import Generator
@@ -11,6 +12,8 @@ from urllib.parse import unquote, urlsplit
 
 from cosim.errors import SspError
 from cosim.ssp.vocabulary import STRUCTURE
+
+log = logging.getLogger("cosim")
 
 
 class SspArchive:
@@ -76,4 +79,7 @@ def open_archive(path: Path) -> Generator[SspArchive]:
     with file:
         if STRUCTURE not in file.namelist():
             raise SspError(f"{path} is not an SSP file: there is no {STRUCTURE} in it")
+        others = [name for name in file.namelist() if name.endswith(".ssd") and "/" not in name and name != STRUCTURE]
+        if others:
+            log.warning("%s: %s is read; the variants %s are not", path.name, STRUCTURE, ", ".join(others))
         yield SspArchive(path, file)

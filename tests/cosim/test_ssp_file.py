@@ -186,6 +186,13 @@ def test_values_nothing_takes_are_ignored_with_a_warning(make: Make, caplog: pyt
     ]
 
 
+def test_variants_in_the_archive_are_named(make: Make, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING, "cosim"):
+        read(make(files={"VariantB.ssd": STRUCTURE}))
+    (record,) = caplog.records
+    assert record.getMessage() == "probes.ssp: SystemStructure.ssd is read; the variants VariantB.ssd are not"
+
+
 def test_what_is_drawn_and_noted_is_ignored(make: Make) -> None:
     drawn = (
         '<ssd:SystemGeometry x1="0" y1="0" x2="1" y2="1"/>'

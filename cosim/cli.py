@@ -23,6 +23,7 @@ from cosim.console_log import SentenceHandler
 from cosim.container import export_container
 from cosim.errors import CosimError, InputError
 from cosim.interrupt import interruptible
+from cosim.isolated_process import Limits
 from cosim.job import Job, Outcome, run_job
 from cosim.scenario import Scenario
 from cosim.scenario_file import load_scenario, scenario_names
@@ -68,11 +69,18 @@ def run(
     ] = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
     output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/<scenario>.")] = None,
+    isolate: Annotated[bool, typer.Option("--isolate", help="Run each FMU in a process of its own.")] = False,
+    time_limit: Annotated[
+        float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")
+    ] = Limits.time,
+    memory_limit: Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")] = Limits.memory
+    / 1e6,
 ) -> None:
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
     with _sentences(), _opened(scenario, stop_time, step_size) as loaded:
         overrides = dict(_override(text) for text in set_ or ())
-        job = Job(loaded, packaging, algorithm, step_size, stop_time, overrides, tuple(dict.fromkeys(variant or ())))
+        variants, limits = tuple(dict.fromkeys(variant or ())), Limits(time_limit, 1e6 * memory_limit)
+        job = Job(loaded, packaging, algorithm, step_size, stop_time, overrides, variants, isolate, limits)
         folder = output or Path("runs", loaded.name)
         outcomes = _run_with_bar(job, folder)
         console = _console()

@@ -59,6 +59,8 @@ class SlaveError(RunError):
         The FMI function, such as ``fmi2DoStep``.
     status : str
         What it returned, such as ``fmi2Discard``.
+    message : str
+        Why, as far as the FMU has said.
     """
 
     def __init__(self, component: str, time: float, function: str, status: str, message: str) -> None:
@@ -66,8 +68,26 @@ class SlaveError(RunError):
         self.time = time
         self.function = function
         self.status = status
+        self.message = message
         sentence = f"{component} at t = {format_time(time)} s: {function} returned {status}"
         super().__init__(f"{sentence}: {message}" if message else sentence)
+
+
+class LostSlaveError(RunError):
+    """An isolated FMU whose process is gone, because it crashed, ended or had to be stopped.
+
+    Attributes
+    ----------
+    component : str
+        Name of the component.
+    time : float
+        Its communication point, s.
+    """
+
+    def __init__(self, component: str, time: float, how: str) -> None:
+        self.component = component
+        self.time = time
+        super().__init__(f"{component} at t = {format_time(time)} s: the FMU {how}")
 
 
 def format_time(time: float) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cosim.figure import draw
+from cosim.isolated_process import Limits
 from cosim.metrics import Measures, measure
 from cosim.result import Result
 from cosim.scenario import Scenario
@@ -31,6 +32,8 @@ class Job:
     stop_time: float | None = None
     overrides: Mapping[str, Value] | None = None
     variants: Sequence[str] = ()
+    isolate: bool = False
+    limits: Limits | None = None
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -100,6 +103,8 @@ def _simulate(job: Job, label: str, progress: Progress) -> Result:
         stop_time=job.stop_time,
         overrides=job.overrides,
         variant=label if job.scenario.variants else None,
+        isolate=job.isolate,
+        limits=job.limits,
         progress=lambda part: progress(label, part),
     )
 

@@ -7,9 +7,9 @@ outputs then, and the inputs in force then. Row 0 holds the values after initial
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,22 @@ class Block:
     outputs: Mapping[BaseType, Section]
     slopes: Slopes | None = None
     output_slopes: Slopes | None = None
+
+    def arrays(self) -> list[NDArray[Any]]:
+        """Return all its memory, in a fixed order."""
+        slopes = [part for part in (self.slopes, self.output_slopes) if part is not None]
+        sections = [sections[kind] for sections in (self.inputs, self.outputs) for kind in BASE_TYPES]
+        return [part.values for part in (*sections, *slopes)]
+
+    def with_arrays(self, arrays: Iterable[NDArray[Any]]) -> Block:
+        """Return the same block with other memory, in the order of `arrays`."""
+        ahead = iter(arrays)
+        inputs: dict[BaseType, Section] = {kind: replace(self.inputs[kind], values=next(ahead)) for kind in BASE_TYPES}
+        outputs: dict[BaseType, Section] = {
+            kind: replace(self.outputs[kind], values=next(ahead)) for kind in BASE_TYPES
+        }
+        slopes = self.slopes and replace(self.slopes, values=next(ahead))
+        return Block(inputs, outputs, slopes, self.output_slopes and replace(self.output_slopes, values=next(ahead)))
 
 
 def base_type(variable: Variable) -> BaseType:

@@ -90,10 +90,10 @@ def _scenario(content: dict[str, Any], path: Path) -> Scenario:
 
 def _component(name: str, content: object, where: str, folder: Path) -> Component:
     """Build a component from ``[components.<name>]``."""
-    table = TomlTable(content, where, ("fmu", "parameters"))
+    table = TomlTable(content, where, ("fmu", "parameters", "isolate"))
     given = table.table("parameters")
     parameters = {key: _value(value, given.path(key), folder) for key, value in given.items()}
-    return Component(name, table.text("fmu"), parameters)
+    return Component(name, table.text("fmu"), parameters, table.boolean("isolate", default=False))
 
 
 def _connection(content: object) -> Connection:

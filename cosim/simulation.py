@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import ExitStack
 from dataclasses import fields, is_dataclass, replace
 from importlib import metadata
@@ -16,8 +16,10 @@ import fmpy  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 
 from cosim.description import Description, Variable, read_description
-from cosim.errors import SystemDefinitionError
+from cosim.errors import SystemDefinitionError, suggestion
 from cosim.fmu_slave import open_fmu
+from cosim.isolated_process import Limits
+from cosim.isolated_slave import open_isolated_fmu
 from cosim.locate import locate_fmu
 from cosim.master import Progress, co_simulate
 from cosim.result import Result
@@ -37,6 +39,8 @@ def simulate(
     overrides: Mapping[str, Value] | None = None,
     variant: str | None = None,
     progress: Progress | None = None,
+    isolate: bool | Collection[str] = False,
+    limits: Limits | None = None,
 ) -> Result:
     """Run one variant of a scenario.
 
@@ -56,6 +60,11 @@ def simulate(
         Name of the variant; by default the first.
     progress : callable, optional
         Called now and then with the part of the run that is done, from 0 to 1.
+    isolate : bool or collection of str
+        Run all components, or those of these names, in processes of their own, as well as those that the scenario
+        isolates. A crash there is a `LostSlaveError` here.
+    limits : Limits, optional
+        Of time and memory, for the isolated components.
 
     Returns
     -------
@@ -74,12 +83,16 @@ def simulate(
     system = scenario.system.with_values(chosen.values if chosen else {}).with_values(overrides or {})
     paths = {part.name: locate_fmu(part.fmu, packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
-    _refuse_twins(paths, descriptions)
+    isolated = _isolated(system, isolate)
+    _refuse_twins(paths, {name: known for name, known in descriptions.items() if name not in isolated})
     began = time.perf_counter()
     with ExitStack() as stack:
-        slaves: dict[str, Slave] = {
-            name: stack.enter_context(open_fmu(name, path, descriptions[name])) for name, path in paths.items()
-        }
+        slaves: dict[str, Slave] = {}
+        for name, path in paths.items():
+            if name in isolated:
+                slaves[name] = stack.enter_context(open_isolated_fmu(name, path, descriptions[name], limits))
+            else:
+                slaves[name] = stack.enter_context(open_fmu(name, path, descriptions[name]))
         loaded = time.perf_counter() - began
         result = co_simulate(
             system,
@@ -94,6 +107,7 @@ def simulate(
     record |= {"packaging": packaging, **result.record}
     record["timings"] = {"load": loaded, **result.record["timings"]}
     record["components"] = _components(system, paths, descriptions)
+    record["isolated"] = sorted(isolated)
     record["inputs"] = {name: _signal(signal) for name, signal in system.inputs.items()}
     record["versions"] = versions()
     return Result(result.time, result.columns, result.units, record)
@@ -108,6 +122,18 @@ def versions() -> dict[str, str]:
         "python": platform.python_version(),
         "platform": fmpy.platform_tuple,
     }
+
+
+def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]:
+    """Return the names of the components to be isolated."""
+    names = [part.name for part in system.components]
+    wanted = (
+        names if isolate is True else [] if isolate is False else [isolate] if isinstance(isolate, str) else isolate
+    )
+    for name in wanted:
+        if name not in names:
+            raise SystemDefinitionError(f"there is no component '{name}' to isolate{suggestion(name, names)}")
+    return frozenset(wanted) | {part.name for part in system.components if part.isolate}
 
 
 def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:

@@ -26,11 +26,14 @@ class Component:
         A name such as ``"DrillstringNeutral"``, looked up among the built FMUs, or the path of an .fmu file.
     parameters : mapping of str to float, int, bool or str
         Start values of parameters and of inputs that nothing drives. An enumeration takes an item's name or number.
+    isolate : bool
+        Run it in a process of its own, which may crash or hang without harm to the others.
     """
 
     name: str
     fmu: str | Path
     parameters: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    isolate: bool = False
 
     def __post_init__(self) -> None:
         if not self.name or "." in self.name:

@@ -60,6 +60,13 @@ class TomlTable:
             raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number")
         return float(value)
 
+    def boolean(self, key: str, *, default: bool) -> bool:
+        """Take a Boolean."""
+        value = self._get(key, default)
+        if not isinstance(value, bool):
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected true or false")
+        return value
+
     def number_or_boolean(self, key: str) -> float | int | bool:
         """Take a number or a Boolean, as it is."""
         value = self._get(key, None)

@@ -1,4 +1,8 @@
-/* A minimal FMI 2.0 co-simulation FMU that shows what a master did to it. */
+/* A minimal FMI 2.0 co-simulation FMU that shows what a master did to it.
+
+   With a fail_status from 10 on it misbehaves, in the function that its parameter text names, or in fmi2DoStep. */
+#include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include "fmi2Functions.h"
@@ -27,6 +31,28 @@ static void say(Probe *self, fmi2Status status, const char *format, double value
     self->functions->logger(self->functions->componentEnvironment, self->name, status, "logStatusError", format, value);
 }
 
+enum { SEGFAULT = 10, ABORT, EXIT, HANG, GROW, DEMAND, SHOUT };
+
+static void misbehave(Probe *self, const char *place) {
+    if (self->real[VR_FAIL_STATUS] < SEGFAULT || strcmp(self->text[0] ? self->text : "step", place) != 0) return;
+    switch ((int)self->real[VR_FAIL_STATUS]) {
+    case SEGFAULT: signal(SIGSEGV, SIG_DFL); raise(SIGSEGV); break;
+    case ABORT: abort();
+    case EXIT: exit(3);
+    case GROW:
+        for (void *piece = malloc(1 << 20); piece; piece = malloc(1 << 20)) memset(piece, 1, 1 << 20);
+        for (volatile int held = 1; held;) {}
+    case HANG: for (volatile int hung = 1; hung;) {}
+    case DEMAND: {
+        void *volatile much = malloc((size_t)1 << 40);
+        if (!much) say(self, fmi2Error, "there is no memory left at %g s", self->time);
+        break;
+    }
+    case SHOUT: printf("the probe shouts\n"); fflush(stdout); break;
+    default: break;
+    }
+}
+
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
     (void)type; (void)resources; (void)visible; (void)logging;
@@ -38,13 +64,17 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         free(self);
         return NULL;
     }
+    if (strcmp(name, "crashing") == 0) abort();
     self->real[VR_FAIL_AT] = 1e300;
     self->real[VR_FAIL_STATUS] = 2.0;
     self->real[VR_GAIN] = 1.0;
     self->integer[VR_MODE] = 1;
     return self;
 }
-void fmi2FreeInstance(fmi2Component c) { free(c); }
+void fmi2FreeInstance(fmi2Component c) {
+    misbehave((Probe *)c, "free");
+    free(c);
+}
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real d, fmi2Boolean e, fmi2Real f) {
     SELF; (void)a; (void)b; (void)e; (void)f;
     self->time = d;
@@ -53,10 +83,15 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2R
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     SELF;
+    misbehave(self, "exit");
     say(self, fmi2Warning, "ready at %g", 1.5);
     return fmi2OK;
 }
-fmi2Status fmi2Terminate(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2Terminate(fmi2Component c) {
+    SELF;
+    misbehave(self, "terminate");
+    return fmi2OK;
+}
 fmi2Status fmi2Reset(fmi2Component c) { (void)c; return fmi2OK; }
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String names[]) {
     (void)c; (void)on; (void)n; (void)names; return fmi2OK;
@@ -70,12 +105,14 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
             return fmi2Discard;
         }
         self->real[vr[i]] = value[i];
+        if (vr[i] == VR_U) misbehave(self, "set");
         if (vr[i] == VR_U) self->u_dot = 0.0;
     }
     return fmi2OK;
 }
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
     SELF;
+    misbehave(self, "get");
     for (size_t i = 0; i < n; i++) value[i] = self->real[vr[i]];
     return fmi2OK;
 }
@@ -119,7 +156,10 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_rollback) {
     SELF;
     if (t >= self->real[VR_FAIL_AT]) {
-        fmi2Status status = (fmi2Status)self->real[VR_FAIL_STATUS];
+        misbehave(self, "step");
+        fmi2Status status = self->real[VR_FAIL_STATUS] < SEGFAULT ? (fmi2Status)self->real[VR_FAIL_STATUS]
+                            : self->real[VR_FAIL_STATUS] == DEMAND ? fmi2Error : fmi2OK;
+        if (status == fmi2OK || self->real[VR_FAIL_STATUS] == DEMAND) return status;
         say(self, status, "the probe gave up at %g s", t);
         return status;
     }

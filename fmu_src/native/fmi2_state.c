@@ -33,9 +33,18 @@ static uint64_t checksum_of(const unsigned char *bytes, size_t n)
     return sum;
 }
 
-static uint64_t checksum(const saved_state *state)
+/* whether a state is one of this FMU; says so if not */
+static int is_own(const ds_instance *instance, const char *call, const saved_state *saved)
 {
-    return checksum_of((const unsigned char *)state + sizeof(header), (size_t)state->head.size - sizeof(header));
+    if (saved == NULL) {
+        ds_tell(instance, fmi2Error, LOG_ERROR, "%s is called with a null pointer", call);
+        return 0;
+    }
+    if (memcmp(saved->head.guid, own_guid, sizeof own_guid) != 0) {
+        ds_tell(instance, fmi2Error, LOG_ERROR, "%s: the state is not one of this build of " DS_MODEL, call);
+        return 0;
+    }
+    return 1;
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
@@ -74,11 +83,8 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
     if (!ds_legal(instance, "fmi2SetFMUstate", ANY_PHASE)) {
         return fmi2Error;
     }
-    if (saved == NULL) {
-        return ds_tell(instance, fmi2Error, LOG_ERROR, "fmi2SetFMUstate is called with a null pointer");
-    }
-    if (memcmp(saved->head.guid, own_guid, sizeof own_guid) != 0) {
-        return ds_tell(instance, fmi2Error, LOG_ERROR, "the state is not one of this build of " DS_MODEL);
+    if (!is_own(instance, "fmi2SetFMUstate", saved)) {
+        return fmi2Error;
     }
     const size_t memory_size = (size_t)saved->head.memory_size;
     if (memory_size != instance->memory_size) {
@@ -112,10 +118,10 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
     const saved_state *const saved = state;
-    if (c == NULL) {
+    if (c == NULL || !is_own(c, "fmi2SerializedFMUstateSize", saved)) {
         return fmi2Error;
     }
-    if (saved == NULL || size == NULL) {
+    if (size == NULL) {
         return ds_tell(c, fmi2Error, LOG_ERROR, "fmi2SerializedFMUstateSize is called with a null pointer");
     }
     *size = (size_t)saved->head.size;
@@ -124,15 +130,18 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    saved_state *const saved = state;
-    if (c == NULL) {
+    const saved_state *const saved = state;
+    if (c == NULL || !is_own(c, "fmi2SerializeFMUstate", saved)) {
         return fmi2Error;
     }
-    if (saved == NULL || bytes == NULL || size < saved->head.size) {
+    if (bytes == NULL || size < saved->head.size) {
         return ds_tell(c, fmi2Error, LOG_ERROR, "fmi2SerializeFMUstate is called with a null pointer or too few bytes");
     }
-    saved->head.checksum = checksum(saved);
-    memcpy(bytes, saved, (size_t)saved->head.size);
+    const size_t rest = (size_t)saved->head.size - sizeof(header);
+    header head = saved->head;
+    head.checksum = checksum_of((const unsigned char *)saved + sizeof head, rest);
+    memcpy(bytes, &head, sizeof head);
+    memcpy(bytes + sizeof head, (const unsigned char *)saved + sizeof head, rest);
     return fmi2OK;
 }
 
@@ -143,8 +152,12 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     if (instance == NULL) {
         return fmi2Error;
     }
-    if (bytes == NULL || state == NULL || size < sizeof(saved_state)) {
-        return ds_tell(instance, fmi2Error, LOG_ERROR, "the serialised state is missing or cut off");
+    if (bytes == NULL || state == NULL) {
+        return ds_tell(instance, fmi2Error, LOG_ERROR, "fmi2DeSerializeFMUstate is called with a null pointer");
+    }
+    if (size < sizeof(saved_state)) {
+        return ds_tell(instance, fmi2Error, LOG_ERROR, "the serialised state is cut off: it has %.0f bytes",
+                       (double)size);
     }
     memcpy(&head, bytes, sizeof head);
     if (memcmp(head.guid, own_guid, sizeof own_guid) != 0) {

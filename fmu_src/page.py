@@ -30,7 +30,10 @@ CONTENTS = (
 LIMITS: dict[Packaging, tuple[str, ...]] = {
     Packaging.NATIVE: (
         "A value out of its range or not finite is refused with fmi2Discard and changes nothing; so is a step that "
-        "cannot be taken.",
+        "cannot be taken. An illegal call is refused with fmi2Error and changes nothing either.",
+        "First derivatives of outputs by time are limits from the same side as the outputs. Where there are inputs, "
+        "fmi2GetDirectionalDerivative tells how they act at once at a communication point, and in initialization mode "
+        "how parameters act, too.",
         "The same inputs give the same bits on every platform, and the same as the python packaging.",
     ),
     Packaging.PYTHON: (
@@ -45,7 +48,7 @@ LIMITS: dict[Packaging, tuple[str, ...]] = {
         "illegal call, is logged and changes nothing, and every step is refused with fmi2Discard until a fitting "
         "value has been set, or, after an illegal call, until a reset or a restored state. Outputs of a model that "
         "cannot be initialised are nan.",
-        "Input derivatives and output derivatives are not supported.",
+        "Derivatives of inputs, of outputs, and of outputs by inputs are not supported.",
     ),
 }
 

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+import ctypes
+from ctypes import byref, c_char_p, c_double, c_int, c_uint
+from pathlib import Path
+from typing import Any
 
+import fmpy
 import pytest
 from fmpy import fmi2
 
+from tests.plant.calls import ALLOWED, MODELS, NULL, START, arguments, saved
 from tests.plant.drive import PLANT, Drive
-from tests.plant.fmi import ERROR, OK, Instance, must
+from tests.plant.fmi import DISCARD, ERROR, OK, Instance, must
 
 SLOW = {"cells": 60}
-MODELS = [PLANT, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
 GET_SET = [f"{way}{kind}" for way in ("Get", "Set") for kind in ("Real", "Integer", "Boolean", "String")]
 ARRAYS = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
-NULL = None
+MODEL_EXCHANGE = (
+    "EnterEventMode", "NewDiscreteStates", "EnterContinuousTimeMode", "CompletedIntegratorStep", "SetTime",
+    "SetContinuousStates", "GetDerivatives", "GetEventIndicators", "GetContinuousStates",
+    "GetNominalsOfContinuousStates",
+)  # fmt: skip
 
 
 def kind_of(function: str) -> str:
@@ -93,102 +100,127 @@ def test_null_pointers_are_an_error(function):
         assert_usable(fmu)
 
 
-def test_other_null_pointers_are_an_error():
-    with Drive(PLANT, SLOW) as fmu:
-        state = fmu.saved()
-        omega = fmu.references(["Omega"])
-        one, number, size = (c_int * 1)(1), c_double(), c_size_t()
-        for call in (
-            ("GetFMUstate", NULL),
-            ("SetFMUstate", NULL),
-            ("SerializedFMUstateSize", NULL, byref(size)),
-            ("SerializedFMUstateSize", state, NULL),
-            ("SerializeFMUstate", state, NULL, 10),
-            ("SerializeFMUstate", NULL, b"", 0),
-            ("DeSerializeFMUstate", NULL, 1000, byref(c_void_p())),
-            ("DeSerializeFMUstate", b"x" * 99999, 99999, NULL),
-            ("SetRealInputDerivatives", omega, 1, NULL, byref(number)),
-            ("SetRealInputDerivatives", omega, 1, one, NULL),
-            ("SetRealInputDerivatives", NULL, 1, one, byref(number)),
-            ("GetRealOutputDerivatives", NULL, 1, one, byref(number)),
-            ("SetDebugLogging", 1, 1, NULL),
-        ):
-            assert fmu.call(*call) == ERROR, call
+POINTERS: dict[str, tuple[int, ...]] = {
+    # places of the arguments that must not be null
+    "SetDebugLogging": (2,),
+    "GetReal": (0, 2),
+    "SetReal": (0, 2),
+    "GetFMUstate": (0,),
+    "SetFMUstate": (0,),
+    "SerializedFMUstateSize": (0, 1),
+    "SerializeFMUstate": (0, 1),
+    "DeSerializeFMUstate": (0, 2),
+    "GetDirectionalDerivative": (0, 2, 4, 5),
+    "SetRealInputDerivatives": (0, 2, 3),
+    "GetRealOutputDerivatives": (0, 2, 3),
+    "GetStatus": (1,),
+    "GetRealStatus": (1,),
+    "GetIntegerStatus": (1,),
+    "GetBooleanStatus": (1,),
+    "GetStringStatus": (1,),
+}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_null_pointer_is_refused_without_a_trace(model):
+    with Drive(model, START[model]) as fmu:
+        fmu.go(0.5)
+        objects = saved(fmu)
+        for function, places in POINTERS.items():
+            for place in places:
+                given = list(arguments(fmu, model, objects)[function])
+                if function in ("SetRealInputDerivatives", "GetDirectionalDerivative") and model == "DrillingProgram":
+                    continue  # without inputs there is nothing to point to
+                given[place] = NULL
+                fmu.messages.clear()
+                assert fmu.call(function, *given) == ERROR, (function, place)
+                (message,) = fmu.messages
+                assert message.text.startswith("plant at t = 0.5 s: ")
+                assert fmu.serialized() == objects.content
         assert fmu.call("FreeFMUstate", NULL) == OK
-        must(fmu, fmu.call("FreeFMUstate", byref(state)))
-        assert_usable(fmu)
+        fmu.go(1.0)
 
 
-def test_an_instance_that_is_none_is_an_error():
-    with Drive(PLANT, SLOW) as fmu:
+@pytest.mark.parametrize("model", MODELS)
+def test_arrays_of_no_length_may_be_null(model):
+    with Drive(model, START[model]) as fmu:
+        for kind in ("Real", "Integer", "Boolean", "String"):
+            for way in ("Get", "Set"):
+                assert fmu.call(f"{way}{kind}", NULL, 0, NULL) == OK
+        assert fmu.call("SetRealInputDerivatives", NULL, 0, NULL, NULL) == OK
+        assert fmu.call("GetRealOutputDerivatives", NULL, 0, NULL, NULL) == OK
+        assert fmu.call("SetDebugLogging", 0, 0, NULL) == OK
+        fmu.go(0.5)
+
+
+def test_no_instance_is_an_error_of_every_function():
+    with Drive(PLANT, START[PLANT]) as fmu:
+        objects = saved(fmu)
+        for function, given in arguments(fmu, PLANT, objects).items():
+            assert fmu.library.functions[f"fmi2{function}"](NULL, *given) == ERROR, function
+        fmu.library.functions["fmi2FreeInstance"](NULL)
+        assert fmu.messages == []
+        assert fmu.serialized() == objects.content
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_library_has_all_functions_of_co_simulation_and_none_of_model_exchange(model):
+    with Instance(model) as fmu:
+        folder = Path(fmu.library.folder, "binaries", fmpy.platform)
+        (file,) = folder.glob(f"{model}.*")
+    library = ctypes.CDLL(str(file))
+    for function in (*ALLOWED, "Instantiate", "FreeInstance", "GetVersion", "GetTypesPlatform"):
+        assert hasattr(library, f"fmi2{function}"), function
+    for function in MODEL_EXCHANGE:
+        assert not hasattr(library, f"fmi2{function}"), function
+    for function, text in (("GetVersion", b"2.0"), ("GetTypesPlatform", b"default")):
+        call = getattr(library, f"fmi2{function}")
+        call.restype = c_char_p
+        assert call() == text
+
+
+_unheard = fmi2.fmi2CallbackLoggerTYPE(lambda *_: None)
+
+
+def instantiated(model: str, name: bytes = b"x", resources: bytes | None = None, logger: bool = False) -> Any:
+    """Return what fmi2Instantiate returns for bare callbacks."""
+    with Instance(model) as fmu:
+        functions, guid = fmu.library.functions, fmu.library.description.guid
+    callbacks = fmi2.fmi2CallbackFunctions()
+    if logger:
+        callbacks.logger = _unheard
+    return functions["fmi2Instantiate"](name, fmi2.fmi2CoSimulation, guid.encode(), resources, byref(callbacks), 0, 1)
+
+
+@pytest.mark.parametrize("logger", [False, True])
+@pytest.mark.parametrize("model", MODELS)
+def test_callbacks_environment_and_resources_may_be_null(model, logger):
+    component = instantiated(model, logger=logger)
+    assert component is not None
+    with Instance(model) as fmu:
         functions = fmu.library.functions
-        number = c_double()
-        assert functions["fmi2DoStep"](NULL, 0.0, 0.1, 0) == ERROR
-        assert functions["fmi2GetReal"](NULL, references(0), 1, byref(number)) == ERROR
-        assert functions["fmi2SetReal"](NULL, references(0), 1, byref(number)) == ERROR
-        for name in ("Reset", "Terminate", "EnterInitializationMode", "ExitInitializationMode", "CancelStep"):
-            assert functions[f"fmi2{name}"](NULL) == ERROR
-        assert functions["fmi2GetFMUstate"](NULL, byref(c_void_p())) == ERROR
-        assert functions["fmi2SetFMUstate"](NULL, NULL) == ERROR
-        functions["fmi2FreeInstance"](NULL)
+    assert functions["fmi2DoStep"](component, 0.0, 0.1, 0) == ERROR
+    assert functions["fmi2SetupExperiment"](component, 0, 0.0, 0.0, 0, 0.0) == OK
+    assert functions["fmi2EnterInitializationMode"](component) == OK
+    assert functions["fmi2ExitInitializationMode"](component) == OK
+    assert functions["fmi2DoStep"](component, 0.0, -0.1, 0) == DISCARD
+    assert functions["fmi2DoStep"](component, 0.0, 5.0, 0) == OK
+    assert functions["fmi2Terminate"](component) == OK
+    functions["fmi2FreeInstance"](component)
 
 
-def before_initialization(fmu: Instance) -> None:
-    """Leave the instance as it is after its instantiation."""
+@pytest.mark.parametrize("name", [b"", b" ", b"\t\n"])
+def test_a_name_of_nothing_but_blanks_is_refused(name):
+    assert instantiated(PLANT, name) is None
 
 
-def in_initialization_mode(fmu: Instance) -> None:
-    must(fmu, fmu.call("EnterInitializationMode"))
-
-
-def stepping(fmu: Instance) -> None:
-    must(fmu, fmu.initialize())
-    must(fmu, fmu.step(0.0, 0.5))
-
-
-def terminated(fmu: Instance) -> None:
-    stepping(fmu)
-    must(fmu, fmu.call("Terminate"))
-
-
-CALLS = {
-    "SetupExperiment": (0, 0.0, 0.0, 0, 0.0),
-    "EnterInitializationMode": (),
-    "ExitInitializationMode": (),
-    "DoStep": (0.5, 0.1, 0),
-    "Terminate": (),
-    "GetReal": (references(2), 1, room("Real")),
-    "SetReal": (references(0), 1, (c_double * 1)(3.0)),
-    "SetRealInputDerivatives": (references(0), 1, (c_int * 1)(1), room("Real")),
-}
-PHASES: dict[Callable[[Instance], None], set[str]] = {
-    before_initialization: {"SetupExperiment", "EnterInitializationMode", "SetReal", "SetRealInputDerivatives"},
-    in_initialization_mode: {"ExitInitializationMode", "GetReal", "SetReal", "SetRealInputDerivatives"},
-    stepping: {"DoStep", "Terminate", "GetReal", "SetReal", "SetRealInputDerivatives"},
-    terminated: {"GetReal"},
-}
-
-
-@pytest.mark.parametrize("call", CALLS)
-@pytest.mark.parametrize("phase", PHASES)
-def test_call_in_the_wrong_phase_is_an_error(phase, call):
+def test_null_arguments_of_the_instantiation_are_refused():
     with Instance(PLANT) as fmu:
-        phase(fmu)
-        status = fmu.call(call, *CALLS[call])
-        if call in PHASES[phase]:
-            assert status == OK
-        else:
-            assert status == ERROR
-            assert f"fmi2{call} is not allowed while the instance is " in fmu.messages[-1].text
-        must(fmu, fmu.call("Reset"))
-        must(fmu, fmu.initialize())
-        assert_usable(fmu)
-
-
-@pytest.mark.parametrize("phase", PHASES)
-def test_instance_can_be_freed_at_any_time(phase):
-    with Instance(PLANT) as fmu:
-        phase(fmu)
+        instantiate, guid = fmu.library.functions["fmi2Instantiate"], fmu.library.description.guid.encode()
+        callbacks = byref(fmi2.fmi2CallbackFunctions())
+        assert instantiate(NULL, fmi2.fmi2CoSimulation, guid, NULL, callbacks, 0, 0) is None
+        assert instantiate(b"x", fmi2.fmi2CoSimulation, NULL, NULL, callbacks, 0, 0) is None
+        assert instantiate(b"x", fmi2.fmi2CoSimulation, guid, NULL, NULL, 0, 0) is None
 
 
 @pytest.mark.parametrize(("start", "stop"), [(float("nan"), None), (float("inf"), None), (5.0, 5.0), (5.0, 4.0)])

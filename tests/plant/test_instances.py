@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from ctypes import c_char_p
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
 
 from tests.plant.drive import PLANT, Drive
-from tests.plant.fmi import DISCARD, ERROR, OK, WARNING, Instance
+from tests.plant.fmi import DISCARD, ERROR, OK, WARNING, Instance, must
 from tests.plant.programs import solved
 
 SLOW = {"cells": 60}
@@ -47,6 +48,30 @@ def test_instances_in_threads_give_the_same_bits():
     with ThreadPoolExecutor(6) as pool:
         runs = list(pool.map(course, range(18)))
     assert all(run == alone[number % 3] for number, run in enumerate(runs))
+
+
+def test_instances_in_processes_give_the_same_bits():
+    alone = [course(number) for number in range(3)]
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        assert list(pool.map(course, range(3))) == alone
+
+
+def law_course(number: int) -> list[float]:
+    """Return the outputs of one of several runs of a law, with its rates."""
+    rows = []
+    with Drive("DissipativeLaw", {"c_b": 15.0, "c_1": 0.1 * (number % 5)}, name=f"law {number}") as law:
+        for k in range(1, 300):
+            must(law, law.set_slopes(top_speed=np.cos(0.1 * k), bit_speed=0.5))
+            law.go(0.1 * k)
+            rows += [law.get("Omega"), law.rate("Omega"), law.sensitivity("Omega", top_speed=1.0)]
+    return rows
+
+
+def test_laws_in_threads_give_the_same_bits():
+    alone = [law_course(number) for number in range(5)]
+    with ThreadPoolExecutor(6) as pool:
+        runs = list(pool.map(law_course, range(20)))
+    assert all(run == alone[number % 5] for number, run in enumerate(runs))
 
 
 def test_a_thousand_instances_live_at_once():

@@ -68,15 +68,17 @@ def run_checks(job: Job, time_limit: float, tell: Told) -> list[Ended]:
 
 def _watch(process: subprocess.Popen[bytes], folder: Path, time_limit: float, tell: Told) -> bool:
     """Wait for the process to end; return whether a check took too long."""
-    seen, began = 0, time.monotonic()
-    while process.poll() is None:
-        time.sleep(_WAIT)
+    seen, began, ended = 0, time.monotonic(), False
+    while not ended:
+        ended = process.poll() is not None
         begun = [event["check"] for event in _events(folder) if event["event"] == "begin"]
         if len(begun) > seen:
+            for name in begun[seen:]:
+                tell(name)
             seen, began = len(begun), time.monotonic()
-            tell(begun[-1])
         elif time.monotonic() - began > (time_limit if seen else max(time_limit, _STARTUP)):
-            return True
+            return not ended
+        time.sleep(0.0 if ended else _WAIT)
     return False
 
 

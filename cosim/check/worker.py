@@ -134,13 +134,13 @@ class Worker:
 
     def _skip(self, name: str, *, final: bool = False) -> bool:
         """End a check that needs one which has not passed; before `final`, only where that is known already."""
-        needs = CHECKS[name].needs if name in CHECKS else ("run",)
-        for need in needs:
-            verdict = self._verdicts.get(need)
-            if verdict not in (Verdict.PASSED, Verdict.NOTED) and (final or verdict is not None):
-                self._end(name, not_checked(f"needs '{need}', which has not passed"))
-                return True
-        return False
+        needs, spoilers = (CHECKS[name].needs, CHECKS[name].spoiled_by) if name in CHECKS else (("run",), ())
+        verdicts = {each: self._verdicts.get(each) for each in (*needs, *spoilers) if final or each in self._verdicts}
+        missed = [each for each in needs if each in verdicts and verdicts[each] not in (Verdict.PASSED, Verdict.NOTED)]
+        missed += [each for each in spoilers if verdicts.get(each) == Verdict.FAILED]
+        if missed:
+            self._end(name, not_checked(f"needs '{missed[0]}', which has not passed"))
+        return bool(missed)
 
     def _outcome(self, name: str, bench: Bench) -> Outcome:
         try:

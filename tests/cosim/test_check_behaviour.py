@@ -47,8 +47,8 @@ FAULTS = [
     ("one process only", "other process", "fmi2DeSerializeFMUstate returned fmi2Error"),
     ("ignores derivatives", "input derivatives", "u: accepted, and not used"),
     ("wrong output derivative", "output derivatives", "right at 0 % of points"),
-    ("wrong partial derivative", "directional derivatives", "z by u: 2; difference quotient 1"),
-    ("partial derivative nan", "directional derivatives", "z by u: nan; difference quotient 1"),
+    ("wrong partial derivative", "directional derivatives", "z by u: 2; difference quotients 1"),
+    ("partial derivative nan", "directional derivatives", "z by u: nan; difference quotients 1"),
     ("undeclared category", "debug logging", "messages of undeclared category 'logGossip'"),
     ("chatter", "debug logging", "100 messages though logging is off, such as 'a step'"),
     ("crash in a step", "run", "crashed in fmi2DoStep (SIGABRT)"),
@@ -152,3 +152,10 @@ def test_names_of_checks_are_told_as_they_begin(make_suspect: Maker) -> None:
     check_fmu(make_suspect(), tell=told.append)
     assert told[0] == "archive"
     assert "saved states" in told
+
+
+def test_output_derivatives_are_not_compared_without_states_to_go_back_to(make_suspect: Maker) -> None:
+    claim = {'canGetAndSetFMUstate="true"': ""}
+    found = behaviour(check_fmu(make_suspect("wrong output derivative", claim)))["output derivatives"]
+    assert found.verdict is Verdict.NOT_CHECKED
+    assert "differences need states" in found.found

@@ -23,9 +23,7 @@ class DrillingProgram(TableSlave):
 
     def check(self, values: Sequence[Any]) -> str | None:
         """Return what is wrong between the friction coefficients."""
-        if values[_AT["mu_sb"]] < values[_AT["mu_cb"]]:
-            return f"mu_sb is {values[_AT['mu_sb']]}; expected at least mu_cb = {values[_AT['mu_cb']]}"
-        return None
+        return self.below(values, "mu_sb", "mu_cb")
 
     def start(self, values: list[Any], time: float) -> None:
         """Read the table, if there is one, and ask for what it says at the start."""

@@ -28,9 +28,7 @@ class DrillstringNeutral(TableSlave):
 
     def check(self, values: Sequence[Any]) -> str | None:
         """Return what is wrong between the friction coefficients."""
-        if values[_AT["mu_sb"]] < values[_AT["mu_cb"]]:
-            return f"mu_sb is {values[_AT['mu_sb']]}; expected at least mu_cb = {values[_AT['mu_cb']]}"
-        return None
+        return self.below(values, "mu_sb", "mu_cb")
 
     def start(self, values: list[Any], time: float) -> None:
         """Build the plant at rest or in uniform rotation."""

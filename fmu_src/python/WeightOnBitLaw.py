@@ -20,9 +20,7 @@ class WeightOnBitLaw(TableSlave):
 
     def check(self, values: Sequence[Any]) -> str | None:
         """Return what is wrong between the limits."""
-        if values[_AT["WOB_max"]] < values[_AT["WOB_0"]]:
-            return f"WOB_max is {values[_AT['WOB_max']]}; expected at least WOB_0 = {values[_AT['WOB_0']]}"
-        return None
+        return self.below(values, "WOB_max", "WOB_0")
 
     def start(self, values: list[Any], time: float) -> None:
         """Answer the input as it is."""

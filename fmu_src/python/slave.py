@@ -89,6 +89,11 @@ class TableSlave(Fmi2Slave):
     def restore(self, state: Any) -> None:
         """Take over what `state` returned, without keeping or changing it: it may be restored again."""
 
+    def below(self, values: Sequence[Any], name: str, least: str) -> str | None:
+        """Return that a variable is below another, None if it is not."""
+        value, bound = (values[self.model.value_reference(each)] for each in (name, least))
+        return None if value >= bound else f"{name} is {value}; expected at least {least} = {bound}"
+
     # Messages
 
     def event(self, time: float, sentence: str) -> None:

@@ -191,6 +191,25 @@ def test_upper_limit_below_the_weight_kept_at_rest_is_refused():
         assert last(law).text == "law at t = 0 s: WOB_max is 1000; expected at least WOB_0 = 97347"
 
 
+@pytest.mark.parametrize(
+    ("model", "change", "sentence"),
+    [
+        (PLANT, {"mu_sb": 0.4}, "mu_sb is 0.4; expected at least mu_cb = 0.5"),
+        ("DrillingProgram", {"mu_sb": 0.4}, "mu_sb is 0.4; expected at least mu_cb = 0.5"),
+        ("WeightOnBitLaw", {"WOB_max": 1000.5}, "WOB_max is 1000.5; expected at least WOB_0 = 97347"),
+    ],
+)
+@pytest.mark.parametrize("packaging", ["native", "python"])
+def test_both_packagings_refuse_a_step_with_values_that_do_not_fit(packaging, model, change, sentence):
+    with Drive(model, SLOW if model == PLANT else {}, packaging, logging=True) as fmu:
+        fmu.go(0.5)
+        before = fmu.outputs()
+        assert fmu.set(**change) == OK
+        assert fmu.step(0.5, 0.1) == DISCARD
+        assert last(fmu).text.removesuffix(".0") == f"plant at t = 0.5 s: {sentence}"
+        assert fmu.outputs() == before
+
+
 def test_weight_that_would_fall_below_zero_within_the_step_is_refused():
     with Drive(PLANT, SLOW) as plant:
         plant.go(3.0)

@@ -97,8 +97,7 @@ def export_container(
     overrides: Mapping[str, Value] | None = None,
 ) -> None:
     """Write one variant of a scenario as one FMU; arguments and errors are those of `cosim.ssp.writing.export_ssp`."""
-    chosen = scenario.variant(variant)
-    system = scenario.system.with_values(chosen.values if chosen else {}).with_values(overrides or {})
+    system = scenario.system_of(scenario.variant(variant), overrides)
     identifier = re.sub(r"\W", "_", path.stem, flags=re.ASCII)
     identifier = identifier if not identifier[:1].isdigit() else f"_{identifier}"
     files = container_files(replace(scenario, system=system, variants=()), identifier, packaging)

@@ -97,3 +97,13 @@ class Scenario:
                 return variant
         hint = suggestion(name, [variant.name for variant in self.variants])
         raise ScenarioError(f"{self.name}: there is no variant '{name}'{hint}")
+
+    def system_of(self, variant: Variant | None, overrides: Mapping[str, Value] | None = None) -> System:
+        """Return the system with the values of a variant, and on top of these others by ``component.variable``.
+
+        Raises
+        ------
+        InputError
+            If something that a value is given for does not exist.
+        """
+        return self.system.with_values(variant.values if variant else {}).with_values(overrides or {})

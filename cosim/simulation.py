@@ -80,7 +80,7 @@ def simulate(
     """
     chosen = scenario.variant(variant)
     method = scenario.method if algorithm is None else replace(scenario.method, algorithm=algorithm)
-    system = scenario.system.with_values(chosen.values if chosen else {}).with_values(overrides or {})
+    system = scenario.system_of(chosen, overrides)
     paths = {part.name: locate_fmu(part.fmu, packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
     isolated = _isolated(system, isolate)

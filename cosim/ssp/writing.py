@@ -68,7 +68,7 @@ def export_ssp(
         If the file cannot be written.
     """
     chosen = scenario.variant(variant)
-    system = scenario.system.with_values(chosen.values if chosen else {}).with_values(overrides or {})
+    system = scenario.system_of(chosen, overrides)
     name = f"{scenario.name}-{chosen.name}" if chosen else scenario.name
     files = ssp_files(replace(scenario, name=name, system=system, variants=()), packaging)
     put_in_place(path, pack(files, STRUCTURE))

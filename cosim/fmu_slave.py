@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from ctypes import c_double, c_int, c_size_t, c_void_p
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from cosim.description import Description, Variable
 from cosim.errors import RunError, SlaveError
+from cosim.fmu_calls import Calls, Exchange, SlopeExchange
 from cosim.fmu_library import loaded_fmu
 from cosim.fmu_log import Journal
 from cosim.fmu_state import KeptStates
@@ -29,43 +29,6 @@ from cosim.signals import Value
 _STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
 _WARNING, _DISCARD, _FATAL = 1, 2, 4
 _TERMINATED = 3  # fmi2StatusKind fmi2Terminated
-
-
-@dataclass(frozen=True)
-class Exchange:
-    """One getter or setter on a column range of a section; a row's values begin at `base` + row * `stride`."""
-
-    function: Callable[[c_void_p, c_void_p, c_size_t, int], int]
-    name: str
-    references: c_void_p
-    count: c_size_t
-    base: int
-    stride: int
-
-
-@dataclass(frozen=True)
-class SlopeExchange:
-    """The setter or getter of first derivatives, and where those of a row are, as in `Exchange`."""
-
-    function: Callable[[c_void_p, c_void_p, c_size_t, c_void_p, int], int]
-    name: str
-    references: c_void_p
-    count: c_size_t
-    orders: c_void_p
-    base: int
-    stride: int
-
-
-@dataclass(frozen=True)
-class Calls:
-    """What a step calls: bare functions of the library, on addresses within the recording."""
-
-    instance: c_void_p
-    do_step: Callable[[c_void_p, float, float, c_int], int]
-    writes: tuple[Exchange, ...]
-    reads: tuple[Exchange, ...]
-    input_slopes: SlopeExchange | None
-    output_slopes: SlopeExchange | None
 
 
 class FmuSlave:

@@ -13,7 +13,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from cosim.errors import SlaveError
-from cosim.fmu_slave import Calls, Exchange, FmuSlave, SlopeExchange
+from cosim.fmu_calls import Calls, Exchange, SlopeExchange
+from cosim.fmu_slave import FmuSlave
 from cosim.grid import Grid
 from cosim.step_library import step_library
 from cosim.wiring import Link, Node

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import mmap
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -19,13 +18,13 @@ from pathlib import Path
 from typing import Any, cast
 
 from cosim.isolation_protocol import HEADER, MOST_REPLY, REPLY, REQUEST, Operation, receive, send
+from cosim.process_end import end_session, fault
 
 START_LIMIT = 120.0
 """Seconds that Python may take to start and import what the process needs."""
 
 _LOOK = 0.05
 _FAREWELL = 5.0
-_WINDOWS = {0xC0000005: "access violation", 0xC00000FD: "stack overflow", 0xC0000409: "stack buffer overrun"}
 
 
 @dataclass(frozen=True)
@@ -122,9 +121,10 @@ class IsolatedProcess:
                 descriptor.close()
         if self._asked is Operation.CLOSE:
             with suppress(subprocess.TimeoutExpired):
-                self._process.wait(_FAREWELL)
-        self._kill()
-        self._process.wait()
+                self._reap(_FAREWELL)
+        if self._process.returncode is None:
+            end_session(self._process)
+            self._reap()
 
     def _reply(self) -> Reply:
         failed, size = REPLY.unpack(receive(self._from, REPLY.size))
@@ -141,30 +141,31 @@ class IsolatedProcess:
         return Reply(bool(failed), cast(dict[str, Any], content))
 
     def _nonsense(self) -> ProcessLostError:
-        self._kill()
+        end_session(self._process)
         return ProcessLostError(f"answered nonsense {self._asked.phrase} and was stopped")
 
-    def _kill(self) -> None:
+    def _reap(self, patience: float | None = None) -> int:
+        """Wait for the process to end, and at once end what it has started; TimeoutExpired if it goes on."""
+        code = self._process.wait(patience)
         if sys.platform != "win32":
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(self._process.pid, signal.SIGKILL)
-        else:
-            self._process.kill()
+            end_session(self._process)
+        return code
 
     def _end_when_overdue(self) -> None:
         while not self._done.wait(_LOOK):
             if time.monotonic() > self._deadline:
                 self._overdue = True
-                self._kill()
+                if self._process.returncode is None:
+                    end_session(self._process)
                 return
 
     def _how_it_ended(self) -> str:
         """Say how the process ended; one that has merely closed its pipe is ended first."""
         try:
-            code = self._process.wait(_FAREWELL)
+            code = self._reap(_FAREWELL)
         except subprocess.TimeoutExpired:
-            self._kill()
-            self._process.wait()
+            end_session(self._process)
+            self._reap()
             return f"closed the pipe to the master {self._asked.phrase} and was stopped"
         doing, held = HEADER.unpack_from(self._memory) if self._memory else (self._asked, 0)
         where = (Operation(doing) if doing < len(Operation) else self._asked).phrase
@@ -173,12 +174,8 @@ class IsolatedProcess:
         if held:
             most = f"expected at most {self._limits.memory / 1e6:.0f} MB"
             return f"was stopped {where} because it held {held / 1e6:.0f} MB of memory; {most}"
-        if code < 0:
-            names = {number.value: number.name for number in signal.Signals}
-            return f"crashed {where} ({names.get(-code, f'signal {-code}')})"
-        if code & 0xFFFFFFFF in _WINDOWS:
-            return f"crashed {where} ({_WINDOWS[code & 0xFFFFFFFF]})"
-        return f"ended its process {where} (exit code {code})"
+        how = fault(code)
+        return f"crashed {where} ({how})" if how else f"ended its process {where} (exit code {code})"
 
 
 def _start(folder: Path) -> subprocess.Popen[bytes]:

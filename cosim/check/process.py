@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -18,9 +15,9 @@ from cosim.check.behaviour import ALONE
 from cosim.check.library import CallTrace
 from cosim.check.verdict import Outcome, Verdict, failed, noted
 from cosim.check.worker import JOURNAL, TRACE, UNLOADING, Job
+from cosim.process_end import end_session, fault
 
 _WAIT, _STARTUP = 0.02, 60.0
-_WINDOWS = {0xC0000005: "access violation", 0xC00000FD: "stack overflow", 0xC0000409: "stack buffer overrun"}
 Told = Callable[[str], None]
 
 
@@ -62,7 +59,8 @@ def run_checks(job: Job, time_limit: float, tell: Told) -> list[Ended]:
         try:
             timed_out = _watch(process, folder, time_limit, tell)
         finally:
-            _kill(process)
+            end_session(process)
+            process.wait()
     return _ended(job, process.returncode, time_limit if timed_out else None)
 
 
@@ -80,16 +78,6 @@ def _watch(process: subprocess.Popen[bytes], folder: Path, time_limit: float, te
             return not ended
         time.sleep(0.0 if ended else _WAIT)
     return False
-
-
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the process, and on POSIX whatever it has started, as a tool behind an FMU."""
-    if sys.platform != "win32":
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-    elif process.poll() is None:
-        process.kill()
-    process.wait()
 
 
 def _events(folder: Path) -> list[dict[str, Any]]:
@@ -123,10 +111,8 @@ def _lost(folder: Path, code: int, time_limit: float | None) -> str:
     where = f" in {function}" if function else " while it was loaded"
     if time_limit is not None:
         return f"hung{where}, stopped after {time_limit:g} s"
-    if code < 0:
-        return f"crashed{where} ({signal.Signals(-code).name})"
-    if code & 0xFFFFFFFF in _WINDOWS:
-        return f"crashed{where} ({_WINDOWS[code & 0xFFFFFFFF]})"
+    if how := fault(code):
+        return f"crashed{where} ({how})"
     last = _last_line(folder / "output.txt")
     return f"ended the process{where} (exit code {code})" + (f": {last}" if last else "")
 

@@ -14,12 +14,14 @@ from cosim.check.exercise import Exercise, Runner
 from cosim.check.instance import Instance
 from cosim.check.states import unclaimed
 from cosim.check.verdict import Outcome, failed, not_checked, passed
+from cosim.check.wording import sample
 from cosim.description import Variable
 
 FloatArray = NDArray[np.float64]
 
 _NEARER = 0.75
 _NUDGE, _AGREE = 1e-6, 1e-4
+_MOST_INPUTS, _MOST_PAIRS = 4, 100
 
 
 def check_input_derivatives(bench: Bench) -> Outcome:
@@ -34,7 +36,7 @@ def check_input_derivatives(bench: Bench) -> Outcome:
     if not inputs:
         return not_checked("there are no continuous inputs")
     used: list[str] = []
-    for variable in inputs:
+    for variable in sample(inputs, _MOST_INPUTS):
         by_slope = _ramp(bench, variable, 0.0, slopes=True)
         at_start, at_middle = (_ramp(bench, variable, place, slopes=False) for place in (0.0, 0.5))
         lag, rest = np.abs(by_slope - at_start), np.abs(by_slope - at_middle)
@@ -97,12 +99,14 @@ def check_directional_derivatives(bench: Bench) -> Outcome:
     pairs = [(output, variable) for output in outputs for variable in inputs if variable.name in fed[output]]
     if not pairs:
         return not_checked("no output is declared to depend on an input directly")
-    for output, variable in pairs:
+    chosen = sample(pairs, _MOST_PAIRS)
+    for output, variable in chosen:
         given, quotients = _partial(bench, output, variable)
         if not any(abs(given - each) <= _AGREE * max(abs(given), abs(each), _AGREE) for each in quotients):
             found = f"{output.name} by {variable.name}: {given:.9g}; difference quotients {_listed(quotients)}"
             return failed(found, f"within {_AGREE:g} of itself")
-    return passed(f"{len(pairs)} right", f"within {_AGREE:g} of itself")
+    found = f"{len(pairs)} right" if len(chosen) == len(pairs) else f"{len(chosen)} of {len(pairs)} tried, all right"
+    return passed(found, f"within {_AGREE:g} of itself")
 
 
 def _listed(quotients: Sequence[float]) -> str:

@@ -69,9 +69,9 @@ class Archive:
         self._members = {entry.filename: entry for entry in file.infolist()}
 
     @property
-    def names(self) -> frozenset[str]:
-        """Names of the members; those of folders end in a slash."""
-        return frozenset(self._members)
+    def names(self) -> tuple[str, ...]:
+        """Names of the members, in their order; those of folders end in a slash."""
+        return tuple(self._members)
 
     def read(self, name: str) -> bytes:
         """Return the content of a member.
@@ -82,14 +82,23 @@ class Archive:
             Of the type the archive was opened with, if there is no such member, it is damaged, or it is larger than
             `MOST_IN_MEMORY`.
         """
-        if name not in self._members:
-            raise self._refusal(f"{self.path}: there is no {name} in it")
-        size = self._members[name].file_size
-        if size > MOST_IN_MEMORY:
-            raise self._refusal(
-                f"{self.path}: {name} has {_megabytes(size)} unpacked; expected at most {_megabytes(MOST_IN_MEMORY)}"
-            )
-        return b"".join(self._chunks(self._members[name]))
+        entry = self._member(name)
+        if entry.file_size > MOST_IN_MEMORY:
+            sizes = f"{_megabytes(entry.file_size)} unpacked; expected at most {_megabytes(MOST_IN_MEMORY)}"
+            raise self._refusal(f"{self.path}: {name} has {sizes}")
+        return b"".join(self._chunks(entry))
+
+    def copy(self, name: str, target: Path) -> None:
+        """Write one member to a file of another name, of any size.
+
+        Raises
+        ------
+        InputError
+            As by `unpack`, and if there is no such member.
+        """
+        entry = self._member(name)
+        self._refuse_lack_of_space(entry.file_size, target.parent)
+        self._write(entry, target)
 
     def unpack(self, folder: Path) -> None:
         """Write all members below an existing, empty folder.
@@ -99,22 +108,31 @@ class Archive:
         InputError
             Of the type the archive was opened with, if a member is damaged or the folder cannot be written to.
         """
-        needed, free = sum(entry.file_size for entry in self._members.values()), shutil.disk_usage(folder).free
+        self._refuse_lack_of_space(sum(entry.file_size for entry in self._members.values()), folder)
+        for entry in self._members.values():
+            self._write(entry, folder.joinpath(*entry.filename.split("/")))
+
+    def _member(self, name: str) -> zipfile.ZipInfo:
+        if name not in self._members:
+            raise self._refusal(f"{self.path}: there is no {name} in it")
+        return self._members[name]
+
+    def _refuse_lack_of_space(self, needed: int, folder: Path) -> None:
+        free = shutil.disk_usage(folder).free
         if needed > free:
             raise self._refusal(f"{self.path}: needs {_megabytes(needed)} in {folder}; {_megabytes(free)} are free")
-        for entry in self._members.values():
-            target = folder.joinpath(*entry.filename.split("/"))
-            try:
-                if entry.is_dir():
-                    target.mkdir(parents=True, exist_ok=True)
-                    continue
-                target.parent.mkdir(parents=True, exist_ok=True)
-                with target.open("xb") as out:
-                    for chunk in self._chunks(entry):
-                        out.write(chunk)
-            except OSError as error:
-                reason = error.strerror or error
-                raise self._refusal(f"{self.path}: cannot be unpacked to {folder}: {reason}") from error
+
+    def _write(self, entry: zipfile.ZipInfo, target: Path) -> None:
+        try:
+            if entry.is_dir():
+                target.mkdir(parents=True, exist_ok=True)
+                return
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with target.open("xb") as out:
+                for chunk in self._chunks(entry):
+                    out.write(chunk)
+        except OSError as error:
+            raise self._refusal(f"{self.path}: cannot be unpacked to {target}: {error.strerror or error}") from error
 
     def _chunks(self, entry: zipfile.ZipInfo) -> Generator[bytes]:
         """Read a member piece by piece, never more than its declared size, and check its CRC at the end."""
@@ -160,8 +178,10 @@ def open_archive(path: Path, kind: str = "an FMU", refusal: type[InputError] = F
         raise refusal(f"{path}: there is no such file") from None
     except OSError as error:
         raise refusal(f"{path}: cannot be read: {error.strerror or error}") from error
+    except zipfile.BadZipFile:
+        raise refusal(f"{path} is not {kind}: it is not a zip archive") from None
     except _DAMAGE as error:
-        raise refusal(f"{path} is not {kind}: it is not a zip archive, or is damaged: {error}") from error
+        raise refusal(f"{path} is not {kind}: the directory of the archive is damaged: {error}") from error
     with file:
         fault = _fault(file)
         if fault is not None:

@@ -19,7 +19,7 @@ from rich.text import Text
 from cosim.check import TIME_LIMIT, check_fmu
 from cosim.check.junit import write_junit
 from cosim.check.table import print_report
-from cosim.console_log import SentenceHandler
+from cosim.console_log import SentenceHandler, plain
 from cosim.container import export_container
 from cosim.errors import CosimError, InputError
 from cosim.interrupt import interruptible
@@ -166,7 +166,7 @@ def _sentences() -> Generator[None]:
         yield
         handler.show_failures()
     except CosimError as error:
-        errors.print(Text.assemble(("error: ", "bold red"), str(error)))
+        errors.print(Text.assemble(("error: ", "bold red"), plain(str(error))))
         raise typer.Exit(error.exit_code) from None
     except KeyboardInterrupt:
         errors.print("interrupted; nothing was written")

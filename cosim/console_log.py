@@ -42,4 +42,9 @@ class SentenceHandler(logging.Handler):
         """Write one sentence."""
         instance = f"{record.name.removeprefix(_FMU)}: " if record.name.startswith(_FMU) else ""
         level = "warning" if record.levelno < logging.ERROR else "error"
-        self._console.print(Text.assemble((f"{level}: ", "bold yellow"), f"{instance}{record.getMessage()}"))
+        self._console.print(Text.assemble((f"{level}: ", "bold yellow"), f"{instance}{plain(record.getMessage())}"))
+
+
+def plain(text: str) -> str:
+    """Return a text with characters that a terminal would act upon, such as escape sequences, written out."""
+    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in text)

@@ -16,6 +16,7 @@ from fmpy.fmi2 import FMU2Slave  # pyright: ignore[reportMissingTypeStubs]
 from cosim.archive import open_archive
 from cosim.description import Description
 from cosim.errors import FmuFileError
+from cosim.platforms import built_for, expected_for, is_cut_off
 
 # FMI 2.0 names folders for x86 only. For Arm, tools use FMI 3.0's names, or put a universal binary in darwin64. fmpy
 # 0.3.32 looks in linux64 on Arm as well, so it is told which file to load.
@@ -57,6 +58,7 @@ def loaded_fmu(name: str, path: Path, description: Description) -> Generator[Any
     with tempfile.TemporaryDirectory(prefix="cosim-", ignore_cleanup_errors=True) as folder:
         with open_archive(path) as archive:
             archive.unpack(Path(folder))
+        _refuse_foreign(path, Path(folder, binary))
         fmu = _load(name, path, Path(folder, binary), description, folder)
         try:
             yield fmu
@@ -82,6 +84,20 @@ def find_binary(path: Path, model_identifier: str) -> str:
     platforms = sorted({part[1] for part in parts if len(part) > 2 and part[0] == "binaries" and part[-1]})
     has = ", ".join(platforms) or "none"
     raise FmuFileError(f"{path}: there is no {file} for {fmpy.platform_tuple} in it; it has binaries for {has}")
+
+
+def _refuse_foreign(path: Path, binary: Path) -> None:
+    """Refuse what is no library, or one of another platform, which the system's loader tells less plainly."""
+    try:
+        content = binary.read_bytes()
+    except OSError as error:
+        raise FmuFileError(f"{path}: {binary.name} cannot be read: {error.strerror or error}") from error
+    platforms, expected = built_for(content), expected_for(fmpy.platform_tuple)
+    if expected and not platforms & expected:
+        found = f"is a library for {', '.join(sorted(platforms))}" if platforms else "is no library"
+        raise FmuFileError(f"{path}: {binary.name} {found}; expected one for {fmpy.platform_tuple}")
+    if is_cut_off(content):
+        raise FmuFileError(f"{path}: {binary.name} is cut off after {len(content)} bytes")
 
 
 def _load(name: str, path: Path, binary: Path, description: Description, folder: str) -> Any:

@@ -81,7 +81,7 @@ class _Check:
 
     def _document_type(self, *declared: object) -> None:
         del declared
-        self._refuse("has a document type declaration, by which entities are defined; expected none")
+        self._refuse("has a document type declaration; expected none")
 
     def _begin(self, name: str, attributes: dict[str, str]) -> None:
         if self._depth == 0:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-import zipfile
-import zlib
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote, urlsplit
 
+import cosim.archive
+from cosim.archive import Archive
 from cosim.errors import SspError
 from cosim.ssp.vocabulary import STRUCTURE
 
@@ -19,25 +19,18 @@ log = logging.getLogger("cosim")
 class SspArchive:
     """An open .ssp file, of which members are read one by one, never unpacked by their own names."""
 
-    def __init__(self, path: Path, file: zipfile.ZipFile) -> None:
-        self.path = path
-        self._file = file
-        self._names = file.namelist()
+    def __init__(self, archive: Archive) -> None:
+        self.path = archive.path
+        self._archive = archive
+        self._names = archive.names
 
     def read(self, name: str) -> bytes:
-        """Return the content of a member.
+        """Return the content of a member; SspError if there is none of that name or it is damaged."""
+        return self._archive.read(name)
 
-        Raises
-        ------
-        SspError
-            If there is none of that name or it is damaged.
-        """
-        if name not in self._names:
-            raise SspError(f"{self.path}: there is no {name} in it")
-        try:
-            return self._file.read(name)
-        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, NotImplementedError) as error:
-            raise SspError(f"{self.path}: {name} cannot be read: {error}") from error
+    def copy(self, name: str, target: Path) -> None:
+        """Write the content of a member to a file; SspError as by `read`, or if it cannot be written."""
+        self._archive.copy(name, target)
 
     def number(self, name: str) -> int:
         """Return the place of a member in the archive; -1 if it is not there."""
@@ -66,20 +59,12 @@ def open_archive(path: Path) -> Generator[SspArchive]:
     Raises
     ------
     SspError
-        If it is missing, is not a zip archive, or holds no SystemStructure.ssd.
+        If it is missing, is not a zip archive that can safely be opened, or holds no SystemStructure.ssd.
     """
-    try:
-        file = zipfile.ZipFile(path)
-    except FileNotFoundError:
-        raise SspError(f"{path}: there is no such file") from None
-    except zipfile.BadZipFile:
-        raise SspError(f"{path} is not an SSP file: it is not a zip archive") from None
-    except OSError as error:
-        raise SspError(f"{path}: cannot be read: {error.strerror}") from error
-    with file:
-        if STRUCTURE not in file.namelist():
+    with cosim.archive.open_archive(path, "an SSP file", SspError) as archive:
+        if STRUCTURE not in archive.names:
             raise SspError(f"{path} is not an SSP file: there is no {STRUCTURE} in it")
-        others = [name for name in file.namelist() if name.endswith(".ssd") and "/" not in name and name != STRUCTURE]
+        others = [name for name in archive.names if name.endswith(".ssd") and "/" not in name and name != STRUCTURE]
         if others:
             log.warning("%s: %s is read; the variants %s are not", path.name, STRUCTURE, ", ".join(others))
-        yield SspArchive(path, file)
+        yield SspArchive(archive)

@@ -13,6 +13,7 @@ import lxml.etree  # pyright: ignore[reportMissingTypeStubs, reportMissingModule
 
 from cosim.errors import SspError
 from cosim.ssp.vocabulary import OWN, SSC, SSD, SSV
+from cosim.xml_check import check_xml
 
 _etree: Any = lxml.etree  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
 _NAMESPACE = re.compile(r"\{[^}]*\}")
@@ -35,14 +36,10 @@ def read_document(content: bytes, where: str, root: str) -> Element:
     Raises
     ------
     SspError
-        If it is not XML, has a document type declaration, which could make it grow or read other files, is another
-        document or of another version, or breaks the schema.
+        If it is not XML that can safely be read, is another document or of another version, or breaks the schema.
     """
-    _refuse_declarations(content, where)
-    try:
-        element = ElementTree.fromstring(content)
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise SspError(f"{where} is not XML: {error}") from None
+    check_xml(content, where, SspError)
+    element = ElementTree.fromstring(content)
     if element.tag != root:
         raise SspError(f"{where}: the root element is {plain_name(element.tag)}; expected {plain_name(root)} of SSP 1")
     check_document(element, where)
@@ -70,12 +67,6 @@ def write_document(root: Element) -> bytes:
 def plain_name(tag: str) -> str:
     """Return the name of an element without its namespace."""
     return _NAMESPACE.sub("", tag)
-
-
-def _refuse_declarations(content: bytes, where: str) -> None:
-    """Refuse a document type declaration, which no document of the standard has, before anything expands it."""
-    if b"<!DOCTYPE" in content.replace(b"\0", b""):
-        raise SspError(f"{where} has a document type declaration; expected none")
 
 
 @cache

@@ -145,5 +145,5 @@ def _unpack(archive: SspArchive, component: Element, folder: Path, where: str) -
     place = folder / str(archive.number(name))
     if not (place / file).exists():
         place.mkdir()
-        (place / file).write_bytes(archive.read(name))
+        archive.copy(name, place / file)
     return place / file

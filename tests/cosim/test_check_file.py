@@ -10,9 +10,9 @@ import fmpy
 import pytest
 
 from cosim.check import Finding, Report, Verdict, check_fmu
-from cosim.check.platforms import built_for, expected_for
 from cosim.errors import FmuFileError
 from cosim.fmu_library import _FOLDERS
+from cosim.platforms import built_for, expected_for
 
 Maker = Callable[..., Path]
 HERE = _FOLDERS[fmpy.platform_tuple][0]
@@ -42,7 +42,7 @@ def test_what_is_no_archive_fails_and_nothing_is_run(tmp_path: Path) -> None:
 def test_a_cut_archive_fails(make_suspect: Maker) -> None:
     path = make_suspect()
     path.write_bytes(path.read_bytes()[:-1000])
-    assert "it is not a zip archive, or is damaged" in failures(check_fmu(path))["archive"]
+    assert "it is not a zip archive" in failures(check_fmu(path))["archive"]
 
 
 def test_a_flipped_byte_in_a_file_fails_its_checksum(make_suspect: Maker) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import re
 import stat
+import struct
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
@@ -61,12 +62,12 @@ def run(*arguments: str) -> Result:
     return CliRunner().invoke(app, ["run", "guest.toml", *arguments])
 
 
-def refuse(house: Path, archive: bytes, code: int = 2) -> str:
+def refuse(house: Path, archive: bytes, code: int = 2, arguments: tuple[str, ...] = ()) -> str:
     """Run a scenario with an FMU that must be refused, and return the sentence."""
     (house / "guest.fmu").write_bytes(archive)
     above = house.parents[1]
     before = everything_below(above)
-    result = run()
+    result = run(*arguments)
     assert result.exit_code == code, result.output
     assert "Traceback" not in result.output
     lines = result.stderr.strip().splitlines()
@@ -211,7 +212,7 @@ ARCHIVES: dict[str, tuple[Make, str]] = {
     "text": (lambda m: b"an FMU, honestly", "is not an FMU: it is not a zip archive"),
     "names in no encoding": (
         lambda m: pack(m, ("resources/\xe9", b"")).replace("\xe9".encode(), b"\xff\xff"),
-        "is not an FMU: it is not a zip archive, or is damaged: 'utf-8' codec",
+        "is not an FMU: the directory of the archive is damaged: 'utf-8' codec",
     ),
     "no description": (lambda m: pack({"a": b""}), "there is no modelDescription.xml in it"),
 }
@@ -266,6 +267,66 @@ DESCRIPTIONS: dict[str, tuple[Make, str]] = {
 }
 
 
+def library_of(members: Members) -> str:
+    return next(name for name in members if name.startswith("binaries/"))
+
+
+def with_library(content: Callable[[bytes], bytes]) -> Make:
+    """Return what packs an FMU with another library."""
+    return lambda members: pack({**members, library_of(members): content(members[library_of(members)])})
+
+
+def without_step(library: bytes) -> bytes:
+    assert b"fmi2DoStep\0" in library
+    return library.replace(b"fmi2DoStep\0", b"fmi2NoStep\0")
+
+
+def elf(machine: int, bits: int) -> bytes:
+    """Return the header of an ELF shared object for a machine of 32 or 64 bits, and nothing after it."""
+    return struct.pack("<4sBBBB8xHH", b"\x7fELF", bits // 32, 1, 1, 0, 3, machine) + bytes(100)
+
+
+LIBRARIES: dict[str, tuple[Make, str]] = {
+    "no library": (lambda m: pack({DESCRIPTION: m[DESCRIPTION]}), "it has binaries for none"),
+    "only others": (
+        lambda m: pack({DESCRIPTION: m[DESCRIPTION], "binaries/riscv64-linux/probe.so": b"x"}),
+        "it has binaries for riscv64-linux",
+    ),
+    "a folder": (
+        lambda m: pack({DESCRIPTION: m[DESCRIPTION], f"{library_of(m)}/": b""}),
+        "there is no probe",
+    ),
+    "text": (
+        with_library(lambda library: b"#!/bin/sh\ntouch outside\n"),
+        r"probe\.\w+ is no library; expected one for",
+    ),
+    "empty": (with_library(lambda library: b""), r"probe\.\w+ is no library"),
+    "another machine": (
+        with_library(lambda library: elf(0xF3, 64)),
+        "is a library for riscv64-linux; expected one for",
+    ),
+    "of 32 bits": (with_library(lambda library: elf(0x03, 32)), "is a library for x86-linux; expected one for"),
+    "of another system": (with_library(lambda library: b"\xcf\xfa\xed\xfe\x07\0\0\0"), "is a library for x86-darwin"),
+    "cut off": (with_library(lambda library: library[:3000]), r"is cut off after 3000 bytes|cannot be loaded"),
+    "cut off early": (with_library(lambda library: library[:50]), r"is cut off after 50 bytes|cannot be loaded"),
+    "without a function": (with_library(without_step), "cannot be loaded: .*fmi2DoStep"),
+}
+
+
+@pytest.mark.parametrize(("make", "message"), LIBRARIES.values(), ids=LIBRARIES)
+@pytest.mark.parametrize("isolate", [False, True])
+def test_a_library_that_cannot_be_one_is_refused(
+    house: Path, members: Members, make: Make, message: str, isolate: bool
+) -> None:
+    assert_matches(message, refuse(house, make(members), arguments=("--isolate",) if isolate else ()))
+
+
+def test_a_library_of_another_description_is_refused(house: Path, members: Members) -> None:
+    make = of_description('guid="{probe}"', 'guid="{another}"')
+    sentence = refuse(house, make(members), code=1)
+    assert sentence == "error: guest: fmi2Instantiate failed: not this time, 7"
+
+
 @pytest.mark.parametrize(("name", "message"), NAMES.values(), ids=NAMES)
 def test_a_name_that_leads_elsewhere_is_refused(house: Path, members: Members, name: str, message: str) -> None:
     assert_matches(message, refuse(house, pack(members, (named(name), b"outside"))))
@@ -286,6 +347,70 @@ def test_a_description_that_cannot_be_trusted_is_refused(
     house: Path, members: Members, make: Make, message: str
 ) -> None:
     assert_matches(message, refuse(house, make(members)))
+
+
+STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
+    version="1.0" name="guests"><ssd:System name="guests"><ssd:Elements>
+  <ssd:Component name="guest" type="application/x-fmu-sharedlibrary" source="resources/guest.fmu"/>
+</ssd:Elements></ssd:System></ssd:SystemStructureDescription>"""
+
+SYSTEMS: dict[str, tuple[Make, str]] = {
+    "parent": (lambda m: system(m, (named("../outside.txt"), b"")), "leads out of the archive"),
+    "link": (lambda m: system(m, (of_kind("resources/link", stat.S_IFLNK), b"/")), "is a symbolic link"),
+    "zip bomb": (lambda m: system(m, ("zeros", bytes(2 * FREE_RATIO_BYTES))), "times its size"),
+    "two structures": (lambda m: system(m, ("systemstructure.ssd", b"")), "claim the same place"),
+    "truncated": (lambda m: system(m)[:-60], "is not an SSP file: it is not a zip archive"),
+    "laughs": (
+        lambda m: system(m, structure=STRUCTURE.replace("?>", f"?><!DOCTYPE a [{LAUGHS}]>").replace("guests", "&a11;")),
+        "SystemStructure.ssd has a document type declaration",
+    ),
+    "nested too deep": (
+        lambda m: system(m, structure=STRUCTURE.replace("<ssd:System ", f"{NESTED}<ssd:System ")),
+        "SystemStructure.ssd is nested more than 100 elements deep",
+    ),
+    "a source elsewhere": (
+        lambda m: system(m, structure=STRUCTURE.replace("resources/guest.fmu", "../../guest.fmu")),
+        r"the source of component guest is '\.\./\.\./guest\.fmu'; expected a path within the archive",
+    ),
+    "a source on the net": (
+        lambda m: system(m, structure=STRUCTURE.replace("resources/guest.fmu", "http://localhost:9/guest.fmu")),
+        "expected a path within the archive",
+    ),
+    "an FMU that is hostile": (
+        lambda m: system({**m, DESCRIPTION: b"<!DOCTYPE a []>" + m[DESCRIPTION]}),
+        "modelDescription.xml",
+    ),
+    "an FMU that is a bomb": (lambda m: system({**m, "zeros": bytes(2 * FREE_RATIO_BYTES)}), "times its size"),
+}
+
+
+def system(members: Members, *more: hostile.Entry, structure: str = STRUCTURE) -> bytes:
+    """Pack a system of one FMU."""
+    return pack({"SystemStructure.ssd": structure.encode(), "resources/guest.fmu": pack(members)}, *more)
+
+
+@pytest.mark.parametrize(("make", "message"), SYSTEMS.values(), ids=SYSTEMS)
+def test_a_system_that_cannot_be_trusted_is_refused(house: Path, members: Members, make: Make, message: str) -> None:
+    (house / "guest.ssp").write_bytes(make(members))
+    before = everything_below(house.parents[1])
+    arguments = ["run", "guest.ssp", "--stop-time", "0.1", "--step-size", "0.1"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 2, result.output
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert re.search(message, result.stderr), result.stderr
+    assert everything_below(house.parents[1]) == before
+    (house / "guest.ssp").write_bytes(system(members))
+    assert CliRunner().invoke(app, arguments).exit_code == 0
+
+
+def test_what_a_file_says_does_not_act_upon_the_terminal(house: Path, members: Members) -> None:
+    make = of_description('name="gain"', 'name="\x9b2J\u202e"')
+    (house / "guest.fmu").write_bytes(make(members))
+    result = run("--set", "guest.gain=1")
+    assert result.exit_code == 2
+    assert r"\x9b2J\u202e" in result.stderr
+    assert "\x9b" not in result.stderr
 
 
 def test_an_archive_within_an_archive_stays_packed(house: Path, members: Members) -> None:

@@ -347,7 +347,7 @@ def test_a_step_size_is_asked_for(make: Make) -> None:
     ("content", "sentence"),
     [
         (b"", "resources/set.ssv is not XML: no element found"),
-        (b"\xff\xfe\x00", "resources/set.ssv is not XML: "),
+        (b"\xff\xfe\x00", "resources/set.ssv is not in UTF-8: byte 0 is 0xff"),
         (
             STRUCTURE.encode(),
             "resources/set.ssv: the root element is SystemStructureDescription; expected ParameterSet",
@@ -375,4 +375,4 @@ def test_a_damaged_member_is_refused(make: Make) -> None:
     content = bytearray(path.read_bytes())
     content[content.index(b"SystemStructure.ssd") + 60] ^= 0xFF
     path.write_bytes(content)
-    assert "SystemStructure.ssd cannot be read: " in refusal(path)
+    assert "SystemStructure.ssd is damaged: " in refusal(path)

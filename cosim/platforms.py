@@ -46,5 +46,21 @@ def built_for(library: bytes) -> set[str]:
     return set()
 
 
+def is_cut_off(library: bytes) -> bool:
+    """Whether an ELF file ends before its segments do, which kills a process that loads it (by SIGBUS).
+
+    Other formats are checked by the loaders of their systems. Layout by the System V ABI, chapter "Program Header".
+    """
+    if library[:4] != b"\x7fELF":
+        return False
+    header, segment = ("<32xQ14xHH", "<8xQ16xQ") if library[4:5] == b"\x02" else ("<28xI10xHH", "<4xI8xI")
+    try:
+        table, size, count = struct.unpack_from(header, library)
+        segments = [struct.unpack_from(segment, library, table + index * size) for index in range(count)]
+    except struct.error:
+        return True
+    return any(begin + length > len(library) for begin, length in segments)
+
+
 def _known(machines: dict[int, str], number: int) -> set[str]:
     return {machines[number]} if number in machines else {f"machine 0x{number:x}"}

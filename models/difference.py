@@ -97,8 +97,9 @@ class DifferenceOperator:
         """Greatest spectral radius of sum E_k exp(i phase_k) over all phases.
 
         The operator is stable for all delays near the given ones, each changed on its own, if and only if this is
-        below 1; and it is then so for all delays whatever: Hale and Verduyn Lunel (1993), section 9.6. The maximum is
-        looked for from many sets of phases; where it equals :attr:`strong_bound` it is certainly the greatest.
+        below 1; and it is then so for all delays whatever: Hale and Verduyn Lunel (1993), chapter 9, theorem 6.1. The
+        maximum is looked for from many sets of phases; where it equals :attr:`strong_bound` it is certainly the
+        greatest.
         """
         present = np.array([matrix for matrix in self.matrices if matrix.any()])
         if not present.size:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arrays import ComplexArray, FloatArray
-from models.chebyshev import chebyshev
+from models.interpolation import chebyshev
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class LinearNeutral:
         ndarray, shape (n (degree + 1), n (degree + 1))
         """
         basis, size, count = chebyshev(degree), self.A.shape[1], len(self.E)
-        derivative = basis.differentiation / (count * self.delay)
-        at_delays = basis.interpolation(1.0 - np.arange(count + 1) / count)
+        derivative = basis.differentiation() / (count * self.delay)
+        at_delays = basis.at(1.0 - np.arange(count + 1) / count)
         matrix = np.asarray(np.kron(derivative, np.eye(size)), np.float64)
         condition = np.einsum("kij,kp->ipj", self.E, at_delays[1:] @ derivative)
         condition += np.einsum("kij,kp->ipj", self.A, at_delays)

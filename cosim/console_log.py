@@ -25,6 +25,7 @@ class SentenceHandler(logging.Handler):
         super().__init__(logging.WARNING)
         self._console = console
         self._failures: list[logging.LogRecord] = []
+        self._shown: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show a message, or hold it back."""
@@ -39,10 +40,13 @@ class SentenceHandler(logging.Handler):
             self._show(record)
 
     def _show(self, record: logging.LogRecord) -> None:
-        """Write one sentence."""
+        """Write one sentence; what an FMU says again when a step is repeated is written once."""
         instance = f"{record.name.removeprefix(_FMU)}: " if record.name.startswith(_FMU) else ""
         level = "warning" if record.levelno < logging.ERROR else "error"
-        self._console.print(Text.assemble((f"{level}: ", "bold yellow"), f"{instance}{plain(record.getMessage())}"))
+        sentence = f"{instance}{plain(record.getMessage())}"
+        if not instance or sentence not in self._shown:
+            self._console.print(Text.assemble((f"{level}: ", "bold yellow"), sentence))
+        self._shown.add(sentence)
 
 
 def plain(text: str) -> str:

@@ -5,7 +5,7 @@
 >>> bit_speed = result["plant.bit_speed"]  # rad/s, at result.time
 """
 
-from cosim.errors import CosimError, InputError, RunError, SlaveError
+from cosim.errors import CosimError, InputError, LoopError, RunError, SlaveError
 from cosim.master import co_simulate
 from cosim.method import Method
 from cosim.result import Result
@@ -13,7 +13,7 @@ from cosim.scenario import Scenario, Variant
 from cosim.scenario_file import load_scenario, scenario_names
 from cosim.signals import Constant, Signal, Step, Table, ramp, read_table
 from cosim.simulation import simulate
-from cosim.system import Component, Connection, System
+from cosim.system import Component, Connection, PowerBond, System
 
 __all__ = [
     "Component",
@@ -21,7 +21,9 @@ __all__ = [
     "Constant",
     "CosimError",
     "InputError",
+    "LoopError",
     "Method",
+    "PowerBond",
     "Result",
     "RunError",
     "Scenario",

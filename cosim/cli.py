@@ -61,8 +61,17 @@ def run(
         str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
     ],
     packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
-    algorithm: Annotated[str | None, typer.Option(help="Master algorithm: jacobi or gauss-seidel.")] = None,
-    step_size: Annotated[float | None, typer.Option(help="Communication step size in s.")] = None,
+    algorithm: Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")] = None,
+    step_size: Annotated[
+        float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
+    ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")
+    ] = None,
+    on_failure: Annotated[
+        str | None,
+        typer.Option(help="Where a loop has no solution: fail, halve the step, or go on with an explicit one."),
+    ] = None,
     stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
@@ -79,8 +88,19 @@ def run(
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
     with _sentences(), _opened(scenario, stop_time, step_size) as loaded:
         overrides = dict(_override(text) for text in set_ or ())
-        variants, limits = tuple(dict.fromkeys(variant or ())), Limits(time_limit, 1e6 * memory_limit)
-        job = Job(loaded, packaging, algorithm, step_size, stop_time, overrides, variants, isolate, limits)
+        job = Job(
+            loaded,
+            packaging=packaging,
+            algorithm=algorithm,
+            step_size=step_size,
+            stop_time=stop_time,
+            overrides=overrides,
+            variants=tuple(dict.fromkeys(variant or ())),
+            tolerance=tolerance,
+            on_failure=on_failure,
+            isolate=isolate,
+            limits=Limits(time_limit, 1e6 * memory_limit),
+        )
         folder = output or Path("runs", loaded.name)
         outcomes = _run_with_bar(job, folder)
         console = _console()
@@ -239,7 +259,8 @@ def _print_remarks(console: Console, outcomes: dict[str, Outcome]) -> None:
         record = outcome.result.record
         window = f"measured over {outcome.measures.window}" if outcome.measures else "nothing to measure"
         steps, seconds = record["steps"], record["timings"]["step"]
-        took = f"{steps} steps of {record['step_size']:g} s ({record['algorithm']}) in {seconds:.3g} s"
+        size = f"{'at most ' if 'tolerance' in record else ''}{record['step_size']:g} s"
+        took = f"{steps} steps of {size} ({record['algorithm']}) in {seconds:.3g} s"
         for sentence in (f"{window}; {took}", *statement(record)):
             console.print(Text(f"{label}: {sentence}", style="dim"), soft_wrap=True)
 

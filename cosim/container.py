@@ -59,12 +59,14 @@ def container_files(scenario: Scenario, identifier: str, packaging: str) -> dict
     Raises
     ------
     InputError
-        If the algorithm is not one of a container's, or it cannot hold the system.
+        If the algorithm is not one of a container's, steps are to vary in size, or it cannot hold the system.
     """
     algorithm = scenario.method.algorithm
     if algorithm not in _SEQUENTIAL:
         known = " or ".join(_SEQUENTIAL)
         raise InputError(f"a container couples by {known}; the algorithm is {algorithm}")
+    if scenario.method.tolerance is not None:
+        raise InputError(f"a container takes steps of one size; the tolerance is {scenario.method.tolerance:g}")
     system = _without_signals(scenario.system)
     paths = {part.name: locate_fmu(part.fmu, packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}

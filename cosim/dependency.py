@@ -76,6 +76,26 @@ def feedthrough_loops(
     return tuple(loops)
 
 
+def feedthrough_reach(system: System, descriptions: Mapping[str, Description]) -> dict[str, frozenset[str]]:
+    """Find what changes at once with an input.
+
+    Returns
+    -------
+    dict of str to frozenset of str
+        By the name of each driven input, the connected inputs that depend on it directly, through any number of
+        components.
+    """
+    edges = {name: set(targets) for name, targets in _variable_edges(system, descriptions, initially=False).items()}
+    for name in system.inputs:
+        component, variable = split_name(name)
+        sources = {connection.source for connection in system.connections}
+        outputs = (source for source in sources if split_name(source)[0] == component)
+        edges[name] = {out for out in outputs if variable in descriptions[component].fed_through(split_name(out)[1])}
+    frozen = {name: frozenset(targets) for name, targets in edges.items()}
+    inputs = {connection.target for connection in system.connections}
+    return {name: _reachable(name, frozen) & inputs for name in (*inputs, *system.inputs)}
+
+
 def stepping_groups(
     system: System, descriptions: Mapping[str, Description], connections: Iterable[Connection]
 ) -> tuple[Group, ...]:

@@ -90,6 +90,29 @@ class LostSlaveError(RunError):
         super().__init__(f"{component} at t = {format_time(time)} s: the FMU {how}")
 
 
+class LoopError(RunError):
+    """A loop between components in which no values agree.
+
+    Attributes
+    ----------
+    time : float
+        Communication point at which the step began, s.
+    variables : tuple of str
+        Along the loop, ``component.variable``.
+    residual : float
+        The least difference between a value that was tried and what came back, in the unit of the variable.
+    trials : int
+        How many values were tried.
+    """
+
+    def __init__(self, message: str, time: float, variables: tuple[str, ...], residual: float, trials: int) -> None:
+        self.time = time
+        self.variables = variables
+        self.residual = residual
+        self.trials = trials
+        super().__init__(message)
+
+
 def format_time(time: float) -> str:
     """Write a time in seconds with at least two decimals and no rounding noise."""
     short = f"{time:.2f}"

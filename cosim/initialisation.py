@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+from cosim.record import Block
 from cosim.signals import FloatArray
-from cosim.wiring import Node
+from cosim.slave import Slave
 
 log = logging.getLogger("cosim")
 
@@ -28,12 +30,38 @@ class Settling:
     moving: str = ""
 
 
-def initialise(nodes: Sequence[Node], maximum_rounds: int = MAXIMUM_ROUNDS) -> Settling:
-    """Initialise all components and leave row 0 of the recording consistent.
+class Exchanging(Protocol):
+    """A component as far as its initialisation goes."""
 
-    In each round every component, in order, is given the newest outputs of the others and asked for its own. A loop
-    through direct feedthrough that does not settle, for instance because it has no solution, is logged as a warning,
-    and the run goes on from the values of the last round.
+    @property
+    def name(self) -> str:
+        """Of the component."""
+        ...
+
+    @property
+    def slave(self) -> Slave:
+        """What is initialised."""
+        ...
+
+    @property
+    def block(self) -> Block:
+        """Where its values are."""
+        ...
+
+    def gather_initial(self) -> None:
+        """Copy the values that connections bring within row 0."""
+        ...
+
+
+def initialise(nodes: Sequence[Exchanging], settle: Callable[[], Settling] | None = None) -> Settling:
+    """Initialise all components and leave row 0 consistent.
+
+    Parameters
+    ----------
+    nodes : sequence of Exchanging
+        All components.
+    settle : callable, optional
+        Exchanges values in initialization mode; by default `exchange`.
 
     Raises
     ------
@@ -42,13 +70,7 @@ def initialise(nodes: Sequence[Node], maximum_rounds: int = MAXIMUM_ROUNDS) -> S
     """
     for node in nodes:
         node.slave.enter_initialization()
-    settling = _exchange(nodes, maximum_rounds)
-    if not settling.settled:
-        log.warning(
-            "values at the start do not settle: %s still changes after %d rounds; going on with the last ones",
-            settling.moving,
-            settling.rounds,
-        )
+    settling = settle() if settle is not None else exchange(nodes)
     for node in nodes:
         node.slave.exit_initialization()
     for node in nodes:
@@ -56,9 +78,31 @@ def initialise(nodes: Sequence[Node], maximum_rounds: int = MAXIMUM_ROUNDS) -> S
     return settling
 
 
+def exchange(nodes: Sequence[Exchanging], maximum_rounds: int = MAXIMUM_ROUNDS) -> Settling:
+    """Exchange values until no input changes.
+
+    In each round every component, in order, is given the newest outputs of the others and asked for its own. A loop
+    through direct feedthrough that does not settle, for instance because it has no solution, is logged as a warning,
+    and the values of the last round remain.
+
+    Raises
+    ------
+    SlaveError
+        If a component refuses a value.
+    """
+    settling = _exchange(nodes, maximum_rounds)
+    if not settling.settled:
+        log.warning(
+            "values at the start do not settle: %s still changes after %d rounds; going on with the last ones",
+            settling.moving,
+            settling.rounds,
+        )
+    return settling
+
+
 @np.errstate(invalid="ignore")
-def _exchange(nodes: Sequence[Node], maximum_rounds: int) -> Settling:
-    """Exchange values until no input changes."""
+def _exchange(nodes: Sequence[Exchanging], maximum_rounds: int) -> Settling:
+    """Exchange values until no input changes, or give up."""
     for node in nodes:
         node.slave.write(0)
         node.slave.read(0)
@@ -82,18 +126,19 @@ def _exchange(nodes: Sequence[Node], maximum_rounds: int) -> Settling:
     return Settling(False, maximum_rounds, moving)
 
 
-def _inputs(node: Node) -> FloatArray:
+def _inputs(node: Exchanging) -> FloatArray:
     """Return row 0 of the driven inputs, all types together."""
     rows = [section.values[0, : section.driven].astype(np.float64) for section in node.block.inputs.values()]
     return np.concatenate(rows)
 
 
 def _only_rounding(before: FloatArray, after: FloatArray) -> bool:
-    """Compare up to rounding."""
-    return bool((np.abs(after - before) <= _ROUNDING * np.maximum(np.abs(after), np.abs(before))).all())
+    """Compare up to rounding; what has grown beyond all numbers has not settled."""
+    near = np.abs(after - before) <= _ROUNDING * np.maximum(np.abs(after), np.abs(before))
+    return bool((near & np.isfinite(after)).all())
 
 
-def _name(node: Node, index: int) -> str:
+def _name(node: Exchanging, index: int) -> str:
     """Name a driven input by its place in `_inputs`."""
     names = [v.name for section in node.block.inputs.values() for v in section.variables[: section.driven]]
     return f"{node.name}.{names[index]}"

@@ -32,6 +32,8 @@ class Job:
     stop_time: float | None = None
     overrides: Mapping[str, Value] | None = None
     variants: Sequence[str] = ()
+    tolerance: float | None = None
+    on_failure: str | None = None
     isolate: bool = False
     limits: Limits | None = None
 
@@ -99,6 +101,8 @@ def _simulate(job: Job, label: str, progress: Progress) -> Result:
         job.scenario,
         packaging=job.packaging,
         algorithm=job.algorithm,
+        tolerance=job.tolerance,
+        on_failure=job.on_failure,
         step_size=job.step_size,
         stop_time=job.stop_time,
         overrides=job.overrides,

@@ -1,38 +1,36 @@
 """The master: couples slaves over communication points and records what they put out.
 
-Time is the start time plus a whole number of steps, never a sum of steps. In step mode a component's inputs are set,
-then it steps, then its outputs are read. FMI 2.0 allows no reading between setting and stepping, so a value passes
-through one component a step, and how old it is there is the algorithm's choice.
+Time is the start time plus a whole number of steps, or of parts of them, never a sum of steps. In step mode a
+component's inputs are set, then it steps, then its outputs are read. FMI 2.0 allows no reading between setting and
+stepping, so the master either passes on values that are old, or takes a step again.
 """
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from cosim.algorithms import EXPLICIT
 from cosim.compatibility import check_system
-from cosim.dependency import feedthrough_loops, stepping_order
+from cosim.dependency import feedthrough_loops
+from cosim.energy_residual import energy_residual
 from cosim.errors import format_time
+from cosim.forward_run import ForwardRun
 from cosim.grid import Grid, communication_points
-from cosim.initialisation import initialise
+from cosim.guards import active_spans, find_guards
 from cosim.method import Method
+from cosim.power_bonds import find_bonds
 from cosim.result import Result, collect
+from cosim.rollback_run import RollbackRun
+from cosim.run import Progress, Run
 from cosim.slave import Slave
-from cosim.step_loop import compiled_steps
 from cosim.system import System
-from cosim.wiring import Node, record_slopes, wire
 
 log = logging.getLogger("cosim")
-
-Progress = Callable[[float], None]
-"""Told now and then which part of the run is done, from 0 to 1."""
-
-_REPORTS = 200
 
 
 def co_simulate(
@@ -69,74 +67,54 @@ def co_simulate(
     ------
     InputError
         If the system does not fit the slaves, or the times make no sense.
+    LoopError
+        If a loop has no solution, and the method does not go on without one.
     SlaveError
         If a component refuses a value or a step.
     """
     method = method or Method()
     descriptions = {name: slave.description for name, slave in slaves.items()}
     start_values = check_system(system, descriptions)
-    order = stepping_order(system, descriptions, method.order)
+    guards, bonds = find_guards(system, descriptions), find_bonds(system, descriptions)
     grid = _grid(system, slaves, start_time, stop_time, step_size)
-    nodes = wire(system, slaves, start_values, grid, EXPLICIT[method.algorithm], order)
-    began = time.perf_counter()
+    repeats = method.implicit or method.tolerance is not None
+    run: Run = (RollbackRun if repeats else ForwardRun)(system, slaves, start_values, grid, method)
     last_time = max(stop_time, float(grid.times[-1]))
-    for node in nodes:
-        node.slave.setup(node.block, start_values[node.name], start_time, last_time)
-    settling = initialise(nodes)
-    initialised = time.perf_counter()
-    loop = compiled_steps(nodes, grid) if method.compiled else None
-    _advance(grid, loop or readable_steps(nodes, grid), progress)
-    stepped = time.perf_counter()
-    for node in nodes:
-        node.slave.terminate()
-    record_slopes(nodes, system, grid)
-    record = {
+    for name, block in run.blocks.items():
+        slaves[name].setup(block, start_values[name], start_time, last_time)
+    record: dict[str, Any] = {
         "algorithm": method.algorithm,
-        "compiled": loop is not None,
-        "order": list(order),
+        "order": list(run.order),
+        "connections": [f"{connection.source} -> {connection.target}" for connection in system.connections],
         "loops": [str(loop) for loop in feedthrough_loops(system, descriptions)],
         "start_time": start_time,
         "stop_time": float(grid.times[-1]),
         "step_size": step_size,
-        "steps": grid.sizes.size,
+        **_perform(run, slaves, progress),
+    }
+    trace = run.trace()
+    accounts = {bond.input: energy_residual(bond, trace) for bond in bonds}
+    record["energy_residual"] = {name: account.summary() for name, account in accounts.items()}
+    observables = {**trace.notes, **{f"energy_residual.{name}": (one.residual, "J") for name, one in accounts.items()}}
+    result = collect([component.name for component in system.components], trace, observables, record)
+    _warn_of_non_finite(result)
+    return replace(result, record={**record, "guards": active_spans(guards, result.time, result.columns)})
+
+
+def _perform(run: Run, slaves: Mapping[str, Slave], progress: Progress | None) -> dict[str, Any]:
+    """Initialise, take all steps, terminate, and tell how it went."""
+    began = time.perf_counter()
+    settling = run.initialise()
+    initialised = time.perf_counter()
+    run.advance(progress)
+    stepped = time.perf_counter()
+    for name in run.order:
+        slaves[name].terminate()
+    return {
+        **run.record(),
         "initialisation": {"settled": settling.settled, "rounds": settling.rounds},
         "timings": {"initialise": initialised - began, "step": stepped - initialised},
     }
-    blocks = {node.name: node.block for node in nodes}
-    result = collect({part.name: blocks[part.name] for part in system.components}, grid.times, record)
-    _warn_of_non_finite(result)
-    return result
-
-
-def step_once(nodes: tuple[Node, ...], row: int, time: float, size: float) -> None:
-    """Take every component from `time` [s] to the communication point that is recorded in `row`."""
-    for node in nodes:
-        node.gather(row)
-        node.slave.write(row)
-        node.slave.step(time, size)
-        node.slave.read(row)
-
-
-def readable_steps(nodes: tuple[Node, ...], grid: Grid) -> Callable[[int, int], None]:
-    """Return what takes the steps that end in the rows from a first to a last; `StepLoop` does the same in C."""
-    steps = list(zip(grid.times.tolist(), grid.sizes.tolist(), strict=False))
-
-    def take(first: int, last: int) -> None:
-        for row, (now, size) in enumerate(steps[first - 1 : last], first):
-            step_once(nodes, row, now, size)
-
-    return take
-
-
-def _advance(grid: Grid, take: Callable[[int, int], None], progress: Progress | None) -> None:
-    """Take all steps, a chunk at a time."""
-    steps = grid.sizes.size
-    chunk = max(1, steps // _REPORTS)
-    for first in range(1, steps + 1, chunk):
-        last = min(first + chunk - 1, steps)
-        take(first, last)
-        if progress is not None:
-            progress(last / steps)
 
 
 def _grid(system: System, slaves: Mapping[str, Slave], start_time: float, stop_time: float, step_size: float) -> Grid:

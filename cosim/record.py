@@ -99,6 +99,25 @@ class Block:
         return Block(inputs, outputs, slopes, self.output_slopes and replace(self.output_slopes, values=next(ahead)))
 
 
+@dataclass(frozen=True)
+class Trace:
+    """What a run leaves.
+
+    Attributes
+    ----------
+    times : ndarray, shape (rows,)
+        Communication points, s.
+    blocks : mapping of str to Block
+        By component, with one row each.
+    notes : mapping of str to tuple of ndarray, shape (rows,), and str
+        About the steps that led to the rows, and in which unit.
+    """
+
+    times: FloatArray
+    blocks: Mapping[str, Block]
+    notes: Mapping[str, tuple[NDArray[Any], str]]
+
+
 def base_type(variable: Variable) -> BaseType:
     """Return the type by which FMI sets and gets a variable that is not a String."""
     if variable.type == "Real":
@@ -139,7 +158,7 @@ def allocate_block(
         raise RunError(f"not enough memory to record {rows} communication points: {error}") from error
     for section in block.inputs.values():
         for index, variable in enumerate(section.variables[section.driven :], section.driven):
-            section.values[:, index] = _start(variable, start_values)
+            section.values[:, index] = initial_value(variable, start_values)
     return block
 
 
@@ -162,8 +181,8 @@ def _allocate(variables: Sequence[Variable], kind: BaseType, driven: Sequence[st
     )
 
 
-def _start(variable: Variable, start_values: Mapping[Variable, Value]) -> float | int:
-    """Return the value an undriven input has throughout."""
+def initial_value(variable: Variable, start_values: Mapping[Variable, Value]) -> float | int:
+    """Return the value that a variable has when nothing has driven it yet."""
     given = start_values.get(variable)
     if given is not None and not isinstance(given, str):
         return given

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import InputError, suggestion
-from cosim.record import BASE_TYPES, Block
+from cosim.record import BASE_TYPES, Trace
 from cosim.signals import FloatArray
+from cosim.system import COUPLING
 
 
 @dataclass(frozen=True)
@@ -80,18 +81,36 @@ class Result:
         return zip(*(map(repr, column) for column in numbers), strict=True)
 
 
-def collect(blocks: Mapping[str, Block], time: FloatArray, record: Mapping[str, Any]) -> Result:
-    """Name the columns of a recording, given by component; they can be read but not changed."""
+def collect(
+    names: Sequence[str], trace: Trace, observables: Mapping[str, tuple[NDArray[Any], str]], record: Mapping[str, Any]
+) -> Result:
+    """Name the columns of a recording; they can be read but not changed.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Components, in the order of the columns.
+    trace : Trace
+        What has been recorded.
+    observables : mapping of str to tuple of ndarray and str
+        Columns about the coupling, with their units.
+    record : mapping
+        How the run was made.
+    """
     columns: dict[str, NDArray[Any]] = {}
     units: dict[str, str] = {}
-    for name, block in blocks.items():
+    for name in names:
+        block = trace.blocks[name]
         for sections in (block.outputs, block.inputs):
             for kind in BASE_TYPES:
                 section = sections[kind]
                 for index, variable in enumerate(section.variables):
                     values: NDArray[Any] = np.ascontiguousarray(section.values[:, index])
-                    values = values != 0 if kind == "Boolean" else values
-                    values.flags.writeable = False
-                    columns[f"{name}.{variable.name}"] = values
+                    columns[f"{name}.{variable.name}"] = values != 0 if kind == "Boolean" else values
                     units[f"{name}.{variable.name}"] = variable.unit.name if variable.unit else ""
-    return Result(time, MappingProxyType(columns), MappingProxyType(units), MappingProxyType(dict(record)))
+    for name, (values, unit) in observables.items():
+        columns[f"{COUPLING}.{name}"] = values
+        units[f"{COUPLING}.{name}"] = unit
+    for values in columns.values():
+        values.flags.writeable = False
+    return Result(trace.times, MappingProxyType(columns), MappingProxyType(units), MappingProxyType(dict(record)))

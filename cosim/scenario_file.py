@@ -11,14 +11,14 @@ from cosim.method import Method
 from cosim.scenario import Scenario, Variant
 from cosim.signal_file import read_signal
 from cosim.signals import Value
-from cosim.system import Component, Connection, System
+from cosim.system import Component, Connection, PowerBond, System
 from cosim.toml_table import TomlTable
 
 SCENARIOS = Path(__file__).resolve().parent / "scenarios"
 
 _KEYS = (
-    "title", "description", "start_time", "stop_time", "step_size", "algorithm", "order", "components", "connections",
-    "inputs", "variants", "figure",
+    "title", "description", "start_time", "stop_time", "step_size", "algorithm", "order", "tolerance", "on_failure",
+    "iteration_tolerance", "components", "connections", "inputs", "guards", "power_bonds", "variants", "figure",
 )  # fmt: skip
 
 
@@ -72,6 +72,8 @@ def _scenario(content: dict[str, Any], path: Path) -> Scenario:
         inputs={
             name: read_signal(value, f"inputs.{name}", folder) for name, value in table.variables("inputs").items()
         },
+        guards=table.texts("guards") if "guards" in table else None,
+        power_bonds=tuple(map(_power_bond, table.array("power_bonds"))) if "power_bonds" in table else None,
     )
     return Scenario(
         name=path.stem,
@@ -79,12 +81,24 @@ def _scenario(content: dict[str, Any], path: Path) -> Scenario:
         stop_time=table.number("stop_time"),
         step_size=table.number("step_size"),
         start_time=table.number("start_time", 0.0),
-        method=Method(table.text("algorithm", "jacobi"), table.texts("order")),
+        method=_method(table),
         title=table.text("title", ""),
         description=table.text("description", "").strip(),
         variants=tuple(_variant(value, folder) for value in table.array("variants")),
         signals=table.table("figure", ("signals",)).texts("signals"),
         folder=folder,
+    )
+
+
+def _method(table: TomlTable) -> Method:
+    """Read how to step; what the file leaves out is as in `Method`."""
+    usual = Method()
+    return Method(
+        algorithm=table.text("algorithm", usual.algorithm),
+        order=table.texts("order"),
+        tolerance=table.number("tolerance") if "tolerance" in table else None,
+        on_failure=table.text("on_failure", usual.on_failure),
+        iteration_tolerance=table.number("iteration_tolerance", usual.iteration_tolerance),
     )
 
 
@@ -100,6 +114,12 @@ def _connection(content: object) -> Connection:
     """Build a connection from ``{ from = ..., to = ... }``."""
     table = TomlTable(content, "connections", ("from", "to"))
     return Connection(table.text("from"), table.text("to"))
+
+
+def _power_bond(content: object) -> PowerBond:
+    """Build a power bond from ``{ input = ..., output = ... }``."""
+    table = TomlTable(content, "power_bonds", ("input", "output"))
+    return PowerBond(table.text("input"), table.text("output"))
 
 
 def _variant(content: object, folder: Path) -> Variant:

@@ -21,8 +21,9 @@ from cosim.fmu_slave import open_fmu
 from cosim.isolated_process import Limits
 from cosim.isolated_slave import open_isolated_fmu
 from cosim.locate import locate_fmu
-from cosim.master import Progress, co_simulate
+from cosim.master import co_simulate
 from cosim.result import Result
+from cosim.run import Progress
 from cosim.scenario import Scenario
 from cosim.signals import Signal, Value
 from cosim.slave import Slave
@@ -34,6 +35,8 @@ def simulate(
     *,
     packaging: str = "native",
     algorithm: str | None = None,
+    tolerance: float | None = None,
+    on_failure: str | None = None,
     step_size: float | None = None,
     stop_time: float | None = None,
     overrides: Mapping[str, Value] | None = None,
@@ -51,7 +54,11 @@ def simulate(
     packaging : str
         ``"native"`` or ``"python"``: which build of the FMUs that are given by name.
     algorithm : str, optional
-        ``"jacobi"`` or ``"gauss-seidel"`` instead of the scenario's.
+        ``"jacobi"``, ``"gauss-seidel"`` or ``"implicit"`` instead of the scenario's.
+    tolerance : float, optional
+        Of the error of a step, instead of the scenario's; the step size varies then, and `step_size` is the greatest.
+    on_failure : str, optional
+        ``"fail"``, ``"halve"`` or ``"explicit"``, where a loop has no solution, instead of the scenario's.
     step_size, stop_time : float, optional
         In s, instead of the scenario's.
     overrides : mapping of str to value, optional
@@ -79,7 +86,8 @@ def simulate(
         If a component fails on the way.
     """
     chosen = scenario.variant(variant)
-    method = scenario.method if algorithm is None else replace(scenario.method, algorithm=algorithm)
+    settings = {"algorithm": algorithm, "tolerance": tolerance, "on_failure": on_failure}
+    method = replace(scenario.method, **{name: value for name, value in settings.items() if value is not None})
     system = scenario.system_of(chosen, overrides)
     paths = {part.name: locate_fmu(part.fmu, packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}

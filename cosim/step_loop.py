@@ -1,7 +1,7 @@
 """Steps of a run with known communication points, taken in C where every component is an FMU of this process.
 
-The loop to read is `step_once` of the master; this one lays out the same calls on the same memory for the library of
-`cosim.step_library`, which walks them. It comes back to Python after each chunk of rows, and where a call fails.
+The loop to read is `cosim.readable_loop`. This one lays out the same calls on the same memory for the library
+of `cosim.step_library`, which walks them. It comes back to Python after each chunk of rows, and where a call fails.
 """
 
 from __future__ import annotations

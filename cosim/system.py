@@ -13,6 +13,9 @@ from types import MappingProxyType
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.signals import Constant, Signal, Value
 
+COUPLING = "coupling"
+"""What stands before the dot in recorded names that tell of the coupling, where in others a component's name does."""
+
 
 @dataclass(frozen=True)
 class Component:
@@ -38,6 +41,8 @@ class Component:
     def __post_init__(self) -> None:
         if not self.name or "." in self.name:
             raise SystemDefinitionError(f"component '{self.name}': expected a name that is not empty and has no dot")
+        if self.name == COUPLING:
+            raise SystemDefinitionError(f"component '{COUPLING}': records use this name for the coupling itself")
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
 
 
@@ -54,6 +59,25 @@ class Connection:
 
 
 @dataclass(frozen=True)
+class PowerBond:
+    """Power that a component takes in: an input and an output of it, of which the product is a power.
+
+    The input is driven by a connection. If the output in turn drives the component that the input comes from, the two
+    connections exchange the power; if not, that component is taken to give it at the output's own value.
+    """
+
+    input: str
+    output: str
+
+    def __post_init__(self) -> None:
+        first, second = split_name(self.input)[0], split_name(self.output)[0]
+        if first != second:
+            raise SystemDefinitionError(
+                f"power bond {self.input}, {self.output}: {second} is another component; expected an output of {first}"
+            )
+
+
+@dataclass(frozen=True)
 class System:
     """Components, the connections between them, and the signals that drive the inputs left over.
 
@@ -65,16 +89,24 @@ class System:
         Each input is driven at most once.
     inputs : mapping of str to Signal
         Signals by the name ``component.variable`` of the input they drive.
+    guards : tuple of str, optional
+        Boolean outputs that say that a value is a guard's or a limit's; by default those whose names end in
+        ``_active``.
+    power_bonds : tuple of PowerBond, optional
+        Where power is exchanged; by default what units and connections tell.
 
     Raises
     ------
     SystemDefinitionError
-        If there is no component, two have one name, a connection or input names none, or an input is driven twice.
+        If there is no component, two have one name, a connection, input, guard or power bond names none, or an input
+        is driven twice.
     """
 
     components: tuple[Component, ...]
     connections: tuple[Connection, ...] = ()
     inputs: Mapping[str, Signal] = field(default_factory=dict[str, Signal])
+    guards: tuple[str, ...] | None = None
+    power_bonds: tuple[PowerBond, ...] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "inputs", MappingProxyType(dict(self.inputs)))
@@ -87,8 +119,8 @@ class System:
         for connection in self.connections:
             self.component_of(connection.source)
             self.component_of(connection.target)
-        for target in self.inputs:
-            self.component_of(target)
+        for name in (*self.inputs, *(self.guards or ()), *(bond.input for bond in self.power_bonds or ())):
+            self.component_of(name)
         self._refuse_double_drives()
 
     def component_of(self, name: str) -> Component:
@@ -119,7 +151,7 @@ class System:
             else:
                 parameters[component][variable] = value
         components = tuple(replace(component, parameters=parameters[component.name]) for component in self.components)
-        return System(components, self.connections, inputs)
+        return replace(self, components=components, inputs=inputs)
 
     def _refuse_double_drives(self) -> None:
         """Refuse an input that two connections, or a connection and a signal, drive."""

@@ -12,6 +12,7 @@ from cosim.method import Method
 from cosim.scenario import Scenario
 from cosim.ssp.document import plain_name
 from cosim.ssp.vocabulary import SCENARIO_ANNOTATION, SIGNALS_ANNOTATION, own, ssc, ssd
+from cosim.system import PowerBond
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,8 @@ class Remarks:
         Algorithm and its settings.
     signals : tuple of str
         What the figure shows.
+    guards, power_bonds : tuple or None
+        Of the system.
     """
 
     name: str | None = None
@@ -36,6 +39,8 @@ class Remarks:
     step_size: float | None = None
     method: Method = field(default_factory=Method)
     signals: tuple[str, ...] = ()
+    guards: tuple[str, ...] | None = None
+    power_bonds: tuple[PowerBond, ...] | None = None
 
 
 def add_scenario(parent: Element, scenario: Scenario) -> None:
@@ -46,6 +51,12 @@ def add_scenario(parent: Element, scenario: Scenario) -> None:
     for setting in fields(Method):
         value = json.dumps(getattr(scenario.method, setting.name))
         SubElement(content, own("Method"), name=setting.name, value=value)
+    system = scenario.system
+    if system.guards is not None:
+        SubElement(content, own("Guards"), names=json.dumps(system.guards))
+    if system.power_bonds is not None:
+        ends = [[bond.input, bond.output] for bond in system.power_bonds]
+        SubElement(content, own("PowerBonds"), ends=json.dumps(ends))
     for signal in scenario.signals:
         SubElement(content, own("Signal"), name=signal)
 
@@ -83,6 +94,8 @@ def read_remarks(description: Element, where: str) -> Remarks:
         _step_size(content.get("stepSize"), where),
         _method(content, where),
         tuple(str(signal.get("name")) for signal in content.iterfind(own("Signal"))),
+        _guards(content, where),
+        _power_bonds(content, where),
     )
 
 
@@ -102,17 +115,62 @@ def _step_size(text: str | None, where: str) -> float | None:
         raise SspError(f"{where}: stepSize is '{text}'; expected a number") from None
 
 
+def _guards(content: Element, where: str) -> tuple[str, ...] | None:
+    """Read the names of guards."""
+    element = content.find(own("Guards"))
+    return None if element is None else tuple(map(str, _list(element.get("names", ""), f"{where}: guards")))
+
+
+def _power_bonds(content: Element, where: str) -> tuple[PowerBond, ...] | None:
+    """Read pairs of input and output."""
+    element = content.find(own("PowerBonds"))
+    if element is None:
+        return None
+    pairs = _list(element.get("ends", ""), f"{where}: power bonds")
+    if not all(isinstance(pair, list) and len(cast(list[object], pair)) == 2 for pair in pairs):
+        raise SspError(f"{where}: power bonds are {pairs}; expected pairs of an input and an output")
+    return tuple(PowerBond(*map(str, cast(list[object], pair))) for pair in pairs)
+
+
+def _list(text: str, what: str) -> list[object]:
+    """Read a list."""
+    try:
+        value: object = json.loads(text)
+    except ValueError:
+        value = None
+    if not isinstance(value, list):
+        raise SspError(f"{what} are '{text}'; expected a list in JSON")
+    return cast(list[object], value)
+
+
 def _method(content: Element, where: str) -> Method:
     """Read algorithm and settings."""
     known = {setting.name for setting in fields(Method)}
     settings: dict[str, Any] = {}
     for setting in content.iterfind(own("Method")):
-        name, text = setting.get("name", ""), setting.get("value", "")
+        name = setting.get("name", "")
         if name not in known:
             raise SspError(f"{where}: the method has no setting '{name}'{suggestion(name, known)}")
-        try:
-            value: object = json.loads(text)
-        except ValueError:
-            raise SspError(f"{where}: the method's {name} is '{text}', which is not JSON") from None
-        settings[name] = tuple(cast(list[object], value)) if isinstance(value, list) else value
+        settings[name] = _setting(name, setting.get("value", ""), where)
     return Method(**settings)
+
+
+def _setting(name: str, text: str, where: str) -> object:
+    """Read one setting, of the type that it has in `Method`."""
+    try:
+        value: object = json.loads(text)
+    except ValueError:
+        raise SspError(f"{where}: the method's {name} is '{text}', which is not JSON") from None
+    usual = getattr(Method(), name)
+    if isinstance(usual, tuple):
+        expected, items = "a list of strings", cast(list[object], value) if isinstance(value, list) else [None]
+        fits = all(isinstance(item, str) for item in items)
+        value = tuple(items)
+    elif isinstance(usual, bool | str):
+        expected, fits = "true or false" if isinstance(usual, bool) else "a string", type(value) is type(usual)
+    else:
+        expected = "a number"
+        fits = type(value) in (int, float) or (value is None and usual is None)
+    if not fits:
+        raise SspError(f"{where}: the method's {name} is {text}; expected {expected}")
+    return value

@@ -11,6 +11,7 @@ import re
 import tempfile
 from collections.abc import Generator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element
 
@@ -81,7 +82,7 @@ def _scenario(archive: SspArchive, folder: Path, stop_time: float | None, step_s
         raise SspError(f"{where}: SSP has no communication step size; expected one to be given")
     return Scenario(
         name=remarks.name or archive.path.stem,
-        system=_system(archive, root, folder, where),
+        system=replace(_system(archive, root, folder, where), guards=remarks.guards, power_bonds=remarks.power_bonds),
         stop_time=stop_time,
         step_size=step_size,
         start_time=float(start) if start is not None else 0.0,

@@ -15,7 +15,7 @@ from cosim.fmu_slave import open_fmu
 from cosim.grid import communication_points
 from cosim.initialisation import initialise
 from cosim.locate import locate_fmu
-from cosim.master import readable_steps
+from cosim.readable_loop import readable_steps
 from cosim.step_loop import compiled_steps
 from cosim.system import split_name
 from cosim.wiring import wire

@@ -117,6 +117,25 @@ def test_a_run_names_its_algebraic_loops(folder: Path, make_probe: Callable[...,
     assert variant["loops"] == [loop]
 
 
+def test_a_run_ends_with_what_is_known_of_the_coupling(folder: Path, make_probe: Callable[..., Path]) -> None:
+    (folder / "looping.toml").write_text(LOOP)
+    make_probe("loop.fmu", replace={'<Unknown index="6" dependencies=""/>': '<Unknown index="6" dependencies="1"/>'})
+    result = run("run", "looping.toml", "--algorithm", "implicit", "--tolerance", "1e-3")
+    assert result.exit_code == 0, result.output
+    for text in (
+        "16 steps of at most 0.125 s (implicit)",
+        "looping: algebraic loop probe.u -> probe.u_seen -> probe.u: closed in every step, to 1e-09 of the values",
+        "looping: components of a loop were stepped 1.00 times a step, at most 1 times",
+        "looping: estimated error 0 in a step at most, 0 on average",
+        "tolerance 0.001, 0 steps taken back",
+    ):
+        assert text in result.stdout
+    (variant,) = json.loads((folder / "runs" / "looping" / "manifest.json").read_text())["variants"]
+    assert variant["unsolved"]["steps"] == 0
+    assert variant["iterations"] == {"mean": 1.0, "most": 1}
+    assert variant["error_estimate"]["largest"] == 0.0
+
+
 def test_variants_get_a_folder_each(folder: Path) -> None:
     (folder / "probing.toml").write_text(SCENARIO + VARIANTS)
     result = run("run", "probing.toml", "--output", "out")
@@ -152,6 +171,8 @@ def test_options_replace_what_the_scenario_says(folder: Path) -> None:
         (["probing.toml", "--step-size", "nan"], "step size is nan s; expected a finite number"),
         (["probing.toml", "--stop-time", "0"], "stop time is 0 s; expected a time after the start"),
         (["probing.toml", "--algorithm", "jacoby"], "there is no algorithm 'jacoby'; did you mean 'jacobi'?"),
+        (["probing.toml", "--on-failure", "stop"], "on_failure is 'stop'; known: explicit, fail, halve"),
+        (["probing.toml", "--tolerance", "0"], "tolerance is 0; expected a number > 0 and < 1"),
         (["probing.toml", "--packaging", "rust"], "there is no packaging 'rust'; known: native, python"),
         (["probing.toml", "--variant", "x"], "probing: there is no variant 'x'"),
         (["probing.toml", "--output", "probe.fmu"], "probe.fmu is a file; expected a folder"),

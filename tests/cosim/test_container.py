@@ -125,10 +125,15 @@ def test_a_container_has_the_platforms_of_all_its_fmus(tmp_path: Path) -> None:
     assert outer <= inner
 
 
-def test_other_algorithms_are_refused() -> None:
-    scenario = stepped("stick-slip", "jacobi")
-    object.__setattr__(scenario.method, "algorithm", "guess")
-    with pytest.raises(InputError, match=r"^a container couples by jacobi or gauss-seidel; the algorithm is guess$"):
+def test_repeated_steps_are_refused() -> None:
+    scenario = stepped("stick-slip", "implicit")
+    with pytest.raises(InputError, match=r"^a container couples by jacobi or gauss-seidel; the algorithm is implicit$"):
+        container_files(scenario, "Whole", "native")
+
+
+def test_steps_of_variable_size_are_refused() -> None:
+    scenario = replace(stepped("stick-slip", "jacobi"), method=Method(tolerance=1e-3))
+    with pytest.raises(InputError, match=r"^a container takes steps of one size; the tolerance is 0\.001$"):
         container_files(scenario, "Whole", "native")
 
 

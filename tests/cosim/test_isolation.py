@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -64,6 +65,16 @@ def test_isolated_components_give_the_same_bits(name: str, algorithm: str, packa
     isolated = simulate(loaded, **arguments, isolate=True)
     assert same_bits(alone, isolated)
     assert isolated.record["isolated"] == sorted(part.name for part in loaded.system.components)
+
+
+@pytest.mark.parametrize("method", [Method("implicit"), Method("implicit", tolerance=1e-3)], ids=["fixed", "variable"])
+def test_isolated_components_whose_steps_are_repeated_give_the_same_bits(method: Method) -> None:
+    loaded = replace(load_scenario("dissipative-law"), method=method)
+    arguments = {"variant": "tracking", "step_size": 0.02, "stop_time": 3.0}
+    alone = simulate(loaded, **arguments)
+    isolated = simulate(loaded, **arguments, isolate=True)
+    assert alone.record["iterations"]["most"] > 1
+    assert same_bits(alone, isolated)
 
 
 def test_one_isolated_component_among_others_gives_the_same_bits() -> None:

@@ -4,7 +4,18 @@ from pathlib import Path
 
 import pytest
 
-from cosim import Component, Connection, Constant, InputError, Method, Step, Table, load_scenario, scenario_names
+from cosim import (
+    Component,
+    Connection,
+    Constant,
+    InputError,
+    Method,
+    PowerBond,
+    Step,
+    Table,
+    load_scenario,
+    scenario_names,
+)
 from cosim.errors import FmuFileError, ScenarioError, SystemDefinitionError
 from cosim.locate import locate_fmu
 
@@ -14,6 +25,11 @@ stop_time = 2
 step_size = 0.5
 algorithm = "gauss-seidel"
 order = ["law", "plant"]
+tolerance = 1e-3
+on_failure = "halve"
+iteration_tolerance = 1e-8
+guards = ["law.limit_active"]
+power_bonds = [{ input = "law.u", output = "law.y" }]
 connections = [{ from = "plant.y", to = "law.u" }]
 
 [components.plant]
@@ -60,7 +76,9 @@ def test_a_file_becomes_plain_data(write) -> None:
     scenario = load_scenario(path)
     assert scenario.name == "mine"
     assert (scenario.stop_time, scenario.step_size) == (2.0, 0.5)
-    assert scenario.method == Method("gauss-seidel", ("law", "plant"))
+    assert scenario.method == Method("gauss-seidel", ("law", "plant"), 1e-3, "halve", 1e-8)
+    assert scenario.system.guards == ("law.limit_active",)
+    assert scenario.system.power_bonds == (PowerBond("law.u", "law.y"),)
     plant = Component("plant", "Plant", {"c_b": 1, "table": str(path.parent / "program.csv")})
     assert scenario.system.components == (plant, Component("law", "law.fmu"))
     assert scenario.system.connections == (Connection("plant.y", "law.u"),)
@@ -97,6 +115,10 @@ def test_a_file_becomes_plain_data(write) -> None:
         ('{ "plant.c_b"', '{ "plent.c_b"', r"plent\.c_b: there is no component 'plent'"),
         ('to = "law.u"', 'to = "low.u"', r"low\.u: there is no component 'low'; did you mean 'law'"),
         ('["law", "plant"]', '["law", 1]', "order holds 1; expected strings"),
+        ('"halve"', '"halv"', "on_failure is 'halv'; did you mean 'halve'"),
+        ("tolerance = 1e-3", "tolerance = 10", "tolerance is 10; expected a number > 0 and < 1"),
+        ('["law.limit_active"]', '["low.limit_active"]', "there is no component 'low'; did you mean 'law'"),
+        ('output = "law.y"', 'outputs = "law.y"', r"unknown key 'power_bonds\.outputs'; did you mean 'output'"),
         ('"gauss-seidel"', '"gauss-seidl"', "there is no algorithm 'gauss-seidl'; did you mean 'gauss-seidel'"),
         ('["plant.y"]', '"plant.y"', r"figure\.signals is 'plant\.y'; expected an array"),
         ('file = "program.csv" }', 'file = "absent.csv" }', r"absent\.csv: there is no such file"),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-from cosim import load_scenario, simulate
+from cosim import LoopError, load_scenario, simulate
 from cosim.cli import app
 from cosim.metrics import Measures, measure
 from cosim.scenario_file import scenario_names
+from cosim.statement import statement
 
 
 def measures(name: str, **options) -> Measures:
@@ -75,6 +77,53 @@ def test_the_dissipative_law_runs_in_both_forms_and_reports_its_limits() -> None
     assert abs(printed["plant.Omega"]).max() <= 40.0
     tracking = simulate(scenario, variant="tracking", stop_time=60.0)
     assert tracking["plant.bit_speed"][-1000:] == pytest.approx(10.0, abs=0.5)
+
+
+def test_the_printed_law_has_no_solution_with_the_plant_and_the_implicit_algorithm_says_so(tmp_path: Path) -> None:
+    scenario = load_scenario("dissipative-law")
+    with pytest.raises(LoopError) as caught:
+        simulate(scenario, variant="printed", algorithm="implicit")
+    error = caught.value
+    assert error.time == 0.0
+    assert error.variables == ("plant.Omega", "plant.top_speed", "law.top_speed", "law.Omega")
+    assert error.residual > 1.0
+    sentence = (
+        r"t = 0\.00 s: plant\.Omega -> plant\.top_speed -> law\.top_speed -> law\.Omega -> plant\.Omega "
+        r"has no solution: where plant\.Omega passes .* law\.Omega jumps from 40 rad/s to -40 rad/s; "
+        r"law\.guard_active and law\.limit_active are on there\. "
+        r"The least residual of \d+ trials is [\d.]+ rad/s\. Try "
+    )
+    assert re.match(sentence, str(error))
+    arguments = ["run", "dissipative-law", "--variant", "printed", "--algorithm", "implicit", "--output"]
+    result = CliRunner().invoke(app, [*arguments, str(tmp_path / "run")])
+    assert result.exit_code == 1
+    assert result.stderr.strip() == f"error: {error}"
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_printed_law_goes_on_explicitly_only_where_asked_and_owns_up_to_it(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    options = {"variant": "printed", "algorithm": "implicit", "stop_time": 2.0}
+    with pytest.raises(LoopError, match="has no solution"):
+        simulate(load_scenario("dissipative-law"), on_failure="halve", **options)
+    result = simulate(load_scenario("dissipative-law"), on_failure="explicit", **options)
+    unsolved = result.record["unsolved"]
+    assert unsolved["first"] == 0.0
+    assert unsolved["steps"] > 0.5 * result.record["steps"]
+    assert "has no solution" in caplog.text
+    assert "going on" in caplog.text
+    (loop, *_) = statement(result.record)
+    assert f"not closed in {unsolved['steps']} of 2000 steps, first at t = 0.00 s, by " in loop
+
+
+def test_the_tracking_law_closes_its_loop_at_twenty_times_the_step_size() -> None:
+    options = {"variant": "tracking", "stop_time": 60.0}
+    implicit = simulate(load_scenario("dissipative-law"), algorithm="implicit", step_size=0.02, **options)
+    assert implicit["plant.bit_speed"][-1] == pytest.approx(10.0, abs=1e-6)
+    assert implicit.record["unsolved"]["steps"] == 0
+    assert implicit.record["guards"] == {}
 
 
 RUNS = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.resources
 import re
 import zipfile
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,19 @@ import pytest
 import xmlschema
 from typer.testing import CliRunner
 
-from cosim import Component, Connection, Constant, Scenario, Step, System, Table, load_scenario, ramp, simulate
+from cosim import (
+    Component,
+    Connection,
+    Constant,
+    PowerBond,
+    Scenario,
+    Step,
+    System,
+    Table,
+    load_scenario,
+    ramp,
+    simulate,
+)
 from cosim.cli import app
 from cosim.description import read_description
 from cosim.errors import SspError
@@ -45,7 +57,8 @@ def described(scenario: Scenario) -> tuple[object, ...]:
     components = {part.name: (Path(part.fmu).stem, dict(part.parameters)) for part in scenario.system.components}
     run = (scenario.start_time, scenario.stop_time, scenario.step_size, scenario.method, scenario.signals)
     texts = (scenario.title, scenario.description)
-    return list(components), components, scenario.system.connections, dict(scenario.system.inputs), run, texts
+    coupling = (scenario.system.connections, scenario.system.guards, scenario.system.power_bonds)
+    return list(components), components, coupling, dict(scenario.system.inputs), run, texts
 
 
 def validate(path: Path) -> int:
@@ -109,6 +122,8 @@ def test_system_and_run_are_read_as_they_were(tmp_path: Path) -> None:
         ),
         (Connection("far.bit_speed", "weight & <mud>.bit_speed"), Connection("weight & <mud>.WOB", "far.WOB")),
         inputs,
+        guards=("law.limit_active",),
+        power_bonds=(),
     )
     scenario = Scenario(
         "two", system, 3.0, 0.01, -1.0, Method("gauss-seidel", ("law", "far", "weight & <mud>", "near")),
@@ -120,6 +135,45 @@ def test_system_and_run_are_read_as_they_were(tmp_path: Path) -> None:
         assert described(read) == described(scenario)
         assert read.name == "two"
         assert_equal_runs(simulate(read), simulate(scenario))
+
+
+def test_guards_and_power_bonds_are_read_as_they_were(tmp_path: Path) -> None:
+    scenario = load_scenario("dissipative-law")
+    bond = PowerBond("plant.Omega", "plant.top_torque")
+    for guards, bonds in ((None, None), ((), (bond,)), (("law.guard_active",), ())):
+        system = replace(scenario.system, guards=guards, power_bonds=bonds)
+        export_ssp(replace(scenario, system=system), tmp_path / "law.ssp")
+        with open_ssp(tmp_path / "law.ssp") as read:
+            assert (read.system.guards, read.system.power_bonds) == (guards, bonds)
+
+
+def test_no_setting_of_the_method_is_lost(tmp_path: Path) -> None:
+    method = Method("implicit", ("plant",), 1e-4, "halve", 1e-8, compiled=False)
+    usual = Method()
+    assert all(getattr(method, one.name) != getattr(usual, one.name) for one in fields(Method))
+    export_ssp(replace(load_scenario("stick-slip"), method=method), tmp_path / "out.ssp")
+    with open_ssp(tmp_path / "out.ssp") as read:
+        assert read.method == method
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("algorithm", "1", "a string"),
+        ("order", "&quot;plant&quot;", "a list of strings"),
+        ("order", "[1]", "a list of strings"),
+        ("tolerance", "&quot;small&quot;", "a number"),
+        ("iteration_tolerance", "null", "a number"),
+        ("compiled", "0", "true or false"),
+    ],
+)
+def test_a_setting_of_another_type_is_refused(name: str, value: str, expected: str, tmp_path: Path) -> None:
+    export_ssp(load_scenario("stick-slip"), tmp_path / "out.ssp")
+    pattern = rf'(name="{name}" value=")[^"]*'.encode()
+    replace_in_description(tmp_path / "out.ssp", pattern, rf"\g<1>{value}".encode())
+    message = rf"the method's {name} is .*; expected {expected}$"
+    with pytest.raises(SspError, match=message), open_ssp(tmp_path / "out.ssp"):
+        pass
 
 
 @pytest.mark.parametrize(
@@ -173,10 +227,15 @@ def test_without_the_annotation_a_step_is_passed_on_at_its_time_by_jacobi_and_on
 
 def strip_annotation(path: Path, kind: str) -> None:
     """Take an annotation out of a description, as a tool may that does not know it."""
+    annotation = rf'<ssd:Annotations>\s*<ssc:Annotation type="{kind}" />\s*</ssd:Annotations>'
+    replace_in_description(path, annotation.encode(), b"")
+
+
+def replace_in_description(path: Path, pattern: bytes, text: bytes) -> None:
+    """Replace the one place in the description of an archive that matches a pattern."""
     with zipfile.ZipFile(path) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
-    pattern = rf'<ssd:Annotations>\s*<ssc:Annotation type="{kind}" />\s*</ssd:Annotations>'.encode()
-    files["SystemStructure.ssd"], count = re.subn(pattern, b"", files["SystemStructure.ssd"])
+    files["SystemStructure.ssd"], count = re.subn(pattern, text, files["SystemStructure.ssd"])
     assert count == 1
     with zipfile.ZipFile(path, "w") as archive:
         for name, content in files.items():

@@ -136,6 +136,23 @@ def test_a_run_ends_with_what_is_known_of_the_coupling(folder: Path, make_probe:
     assert variant["error_estimate"]["largest"] == 0.0
 
 
+def test_an_fmu_that_cannot_return_is_named_before_anything_is_started(
+    folder: Path, make_probe: Callable[..., Path]
+) -> None:
+    (folder / "looping.toml").write_text(LOOP)
+    make_probe("loop.fmu", replace={' canGetAndSetFMUstate="true"': ""})
+    for option, why in (
+        (("--algorithm", "implicit"), "the implicit algorithm repeats the steps of probe"),
+        (("--tolerance", "1e-3"), "with a tolerance, steps are taken back"),
+    ):
+        result = run("run", "looping.toml", *option)
+        assert result.exit_code == 2
+        expected = f"error: {why}, but probe (Probe) cannot return to an earlier state (canGetAndSetFMUstate is false)"
+        assert one_sentence(result) == expected
+    assert not (folder / "runs").exists()
+    assert run("run", "looping.toml").exit_code == 0
+
+
 def test_variants_get_a_folder_each(folder: Path) -> None:
     (folder / "probing.toml").write_text(SCENARIO + VARIANTS)
     result = run("run", "probing.toml", "--output", "out")

@@ -19,7 +19,7 @@ class _Watched:
     order: int
 
 
-class StepError:
+class ErrorEstimate:
     """Estimates the error of two half steps from the difference to a whole one.
 
     Where an input goes on a straight line, the assumption within a step is of second order; where it is held, of first.

@@ -11,6 +11,7 @@ from cosim.algorithms import EXPLICIT
 from cosim.compatibility import StartValues
 from cosim.dependency import feedthrough_loops, feedthrough_reach
 from cosim.description import Description
+from cosim.error_estimate import ErrorEstimate
 from cosim.explicit import Explicit
 from cosim.grid import Grid
 from cosim.growing_record import GrowingRecord
@@ -26,7 +27,6 @@ from cosim.run import Progress
 from cosim.slave import Slave
 from cosim.stage import Part, set_stage
 from cosim.step_control import StepControl
-from cosim.step_error import StepError
 from cosim.system import System, split_name
 
 
@@ -66,7 +66,7 @@ class RollbackRun:
         self._tape = GrowingRecord(self._parts, _notes(method))
         error = None
         if method.tolerance is not None:
-            error = StepError(repeated, method.tolerance, leads=method.implicit)
+            error = ErrorEstimate(repeated, method.tolerance, leads=method.implicit)
         saved = [self._parts[name] for name in plan.saved]
         halves = method.on_failure == "halve"
         self._control = StepControl(self._stepper, self._parts, saved, self._tape, error, halves=halves)

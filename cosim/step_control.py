@@ -18,12 +18,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cosim.channel import Span
+from cosim.error_estimate import ErrorEstimate
 from cosim.errors import LoopError, SlaveError
 from cosim.grid import Grid
 from cosim.growing_record import GrowingRecord
 from cosim.run import REPORTS, Progress
 from cosim.stage import BEGIN, END, MIDDLE, WHOLE, Part, roll
-from cosim.step_error import StepError
 from cosim.stepper import Stepper, Taken
 
 log = logging.getLogger("cosim")
@@ -104,7 +104,7 @@ class StepControl:
         Those whose steps may be taken back.
     tape : GrowingRecord
         The record.
-    error : StepError, optional
+    error : ErrorEstimate, optional
         Estimates errors; without it, steps are kept if they can be taken.
     halves : bool
         Whether a step in which a loop has no solution is halved.
@@ -116,7 +116,7 @@ class StepControl:
         parts: Mapping[str, Part],
         saved: Sequence[Part],
         tape: GrowingRecord,
-        error: StepError | None,
+        error: ErrorEstimate | None,
         *,
         halves: bool,
     ) -> None:

@@ -56,15 +56,15 @@ def _iterations(record: Mapping[str, Any]) -> list[str]:
 def _error(record: Mapping[str, Any]) -> list[str]:
     """Say what is known of the error, and how many steps it cost."""
     if "error_estimate" not in record:
-        rejected = [f"{record['rejected']} steps taken back"] if "rejected" in record else []
+        rejected = [_count(record["rejected"], "step") + " taken back"] if "rejected" in record else []
         return [*rejected, "error of the coupling not estimated (a tolerance asks for it)"]
     found = record["error_estimate"]
     text = (
         f"estimated error {found['largest']:.2g} in a step at most, {found['mean']:.2g} on average, relative to values "
-        f"and nominal values; tolerance {record['tolerance']:g}, {record['rejected']} steps taken back"
+        f"and nominal values; tolerance {record['tolerance']:g}, {_count(record['rejected'], 'step')} taken back"
     )
     if found["beyond_tolerance"]:
-        text += f"; {found['beyond_tolerance']} steps of the smallest size exceed the tolerance"
+        text += f"; {found['beyond_tolerance']} of {record['steps']} steps beyond the tolerance at the smallest size"
     return [text]
 
 
@@ -77,8 +77,12 @@ def _energy(name: str, account: Mapping[str, Any]) -> str:
 
 def _guard(name: str, span: Mapping[str, Any]) -> str:
     """Say where values are a guard's or a limit's."""
-    points = f"{span['points']} communication point{'s' if span['points'] > 1 else ''}"
     return (
-        f"{name} is on at {points} from t = {format_time(span['first'])} s to "
+        f"{name} is on at {_count(span['points'], 'communication point')} from t = {format_time(span['first'])} s to "
         f"{format_time(span['last'])} s: values there are its own, not solutions"
     )
+
+
+def _count(number: int, what: str) -> str:
+    """Write how many there are of something."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"

@@ -213,7 +213,7 @@ class StepControl:
             self.tally.count(leg.taken)
         self.tally.largest_error = max(self.tally.largest_error, error)
         self.tally.error_time += error * sum(leg.span.size for leg in legs)
-        self.tally.missed += error > 1.0
+        self.tally.missed += len(legs) if error > 1.0 else 0
         roll(self._parts)
 
 

@@ -24,6 +24,10 @@ SHORTEST_SLIP = 1e-9
 MOST_HALVINGS = 30
 """More halvings are not made."""
 
+LOOSEST = 10.0
+"""Where strong breaks are folded the speed is followed less closely, up to this many times the truncation asked for:
+beyond, the energy that the bit gains would no longer be what the waves bring."""
+
 
 class Bit:
     """The bit boundary condition, always one piece ahead: the piece that holds the present.
@@ -95,8 +99,9 @@ class Bit:
         self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
         self.weight, self.weight_rise = self.pressure.over(self.clock, self.block, self.begin, self.end)
         self.stops = False
-        # nothing need be followed closer than the breaks that are folded
-        self.truncation = max(self.accuracy.truncation, down.threshold())
+        # hardly anything need be followed closer than the breaks that are folded
+        asked = self.accuracy.truncation
+        self.truncation = min(max(asked, down.threshold()), LOOSEST * asked)
         if self.speed == 0.0:
             self.direction = 0  # whatever it was about to do, inputs may have changed since
             self._rest()

@@ -6,6 +6,8 @@
 
 #define SHORTEST_SLIP 1e-9 /* a release that would stop again within this part of a piece is none */
 #define MOST_HALVINGS 30   /* more are not made */
+#define LOOSEST 10.0       /* times the truncation asked for, to which it rises where strong breaks are folded: beyond,
+                            * the energy that the bit gains would no longer be what the waves bring */
 
 void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
 {
@@ -144,8 +146,9 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
     bit->arriving = ds_quartic_restrict(bit->incoming.wave, (bit->begin - first) / (last - first), 1.0);
     bit->weight = ds_ramp_at(&bit->pressure, clock, bit->block, bit->begin, bit->end, &bit->weight_rise);
     bit->stops = 0;
-    /* nothing need be followed closer than the breaks that are folded */
-    bit->truncation = fmax(bit->accuracy.truncation, ds_line_threshold(down));
+    /* hardly anything need be followed closer than the breaks that are folded */
+    const double asked = bit->accuracy.truncation;
+    bit->truncation = fmin(fmax(asked, ds_line_threshold(down)), LOOSEST * asked);
     if (bit->speed == 0.0) {
         bit->direction = 0; /* whatever it was about to do, inputs may have changed since */
         rest(law, clock, bit);

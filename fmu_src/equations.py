@@ -81,7 +81,8 @@ for ever from rest, and turns steadily from its running equilibrium, `initial_sp
 $$ E(t) = Z \int_{t - \Gamma}^{t} (U^2 + D^2) \, d \tau + \frac{1}{2} I_B v^2 $$ Eq. (7) times I L / 2
 
 At any time `energy` is its initial value plus `work_in` less `bit_loss` less `folded_energy`. The drive gives more than
-`work_in`: the sliding top loses $c_a (\Omega - \dot{y})^2$.
+`work_in`: of `drive_work`, the integral of $c_a (\Omega - \dot{y}) \Omega$, the sliding top loses `top_loss`, that of
+$c_a (\Omega - \dot{y})^2$.
 """),
     ),
     (

@@ -142,6 +142,8 @@ DRILLSTRING_NEUTRAL = Model(
         _output("last_release_time", "s", "Time of the last release of the bit; the start time before the first", "Eq. (3)"),
         _output("work_in", "J", "Integral of top_torque times top_speed since the start", "Eq. (8)"),
         _output("bit_loss", "J", "Integral of bit_torque times bit_speed since the start", "Eq. (8)"),
+        _output("drive_work", "J", "Integral of top_torque times Omega since the start", "model 11"),
+        _output("top_loss", "J", "Integral of top_torque times (Omega - top_speed) since the start, lost in the sliding", "model 11"),
         _count("cells_used", "Number of cells the travel time is divided into", "model 14", ("cells", "L", "G", "J", "I")),
         _count("breaks_folded", "Number of significant breaks folded into their cell since the start", "model 16"),
         _output("folded_energy", "J", "Energy removed from the waves by folding breaks since the start", "model 16"),

@@ -41,6 +41,8 @@ class Outputs(NamedTuple):
     last_release_time: float
     work_in: float
     bit_loss: float
+    drive_work: float
+    top_loss: float
     cells_used: int
     breaks_folded: int
     folded_energy: float
@@ -162,6 +164,7 @@ class DrillstringNeutral:
         y = self._present(top)
         bit_piece = (bit.end - bit.begin) * block
         top_piece = (top.end - top.begin) * block
+        work, driven, slid = top.power_integrals(y)
         return Outputs(
             bit_speed=value(bit.turning, x),
             top_speed=value(top.speed(), y),
@@ -177,8 +180,10 @@ class DrillstringNeutral:
             slip_count=bit.slips,
             last_stop_time=bit.last_stop,
             last_release_time=bit.last_release,
-            work_in=top.work + top_piece * top.power_integral(y),
+            work_in=top.work + top_piece * work,
             bit_loss=bit.loss + bit_piece * bit.power_integral(x),
+            drive_work=top.driven + top_piece * driven,
+            top_loss=top.slid + top_piece * slid,
             cells_used=self.cells,
             breaks_folded=self.up.folded + self.down.folded,
             folded_energy=self.impedance * block * (self.up.folded_square + self.down.folded_square),

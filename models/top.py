@@ -27,13 +27,15 @@ class Top:
         The piece of the up-going wave that `arriving` is a part of.
     omega : Ramp
         The drive [rad/s].
-    angle, work : float
-        Angle of the top [rad] and work of the drive on the string [J] up to `begin`.
+    angle : float
+        Angle of the top [rad] up to `begin`.
+    work, driven, slid : float
+        Work on the string, work of the drive, and what is lost between them in the sliding [J] up to `begin`.
     """
 
     __slots__ = (
-        "angle", "arriving", "begin", "block", "clock", "end", "incoming", "leaving", "omega", "reflection", "sliding",
-        "transmission", "work",
+        "angle", "arriving", "begin", "block", "clock", "driven", "end", "incoming", "leaving", "omega", "reflection",
+        "slid", "sliding", "transmission", "work",
     )  # fmt: skip
 
     def __init__(self, parameters: DrillstringParameters, clock: Clock, angle: float, omega: Ramp) -> None:
@@ -47,7 +49,7 @@ class Top:
         self.arriving = self.leaving = ZERO
         self.incoming = NOTHING
         self.angle = angle
-        self.work = 0.0
+        self.work = self.driven = self.slid = 0.0
         self.omega = omega
 
     def open(self, up: DelayLine) -> None:
@@ -71,7 +73,10 @@ class Top:
         """Send the piece down the string and go to its end."""
         duration = (self.end - self.begin) * self.clock.block
         self.angle += duration * integral(self.speed(), 1.0)
-        self.work += duration * self.power_integral(1.0)
+        work, driven, slid = self.power_integrals(1.0)
+        self.work += duration * work
+        self.driven += duration * driven
+        self.slid += duration * slid
         down.push(self.begin, self.end, self.leaving)
         self.begin = self.end
         if self.end >= 1.0:
@@ -93,17 +98,24 @@ class Top:
         """Return ydot on the piece [rad/s]."""
         return add(self.arriving, self.leaving)
 
+    def drive(self, x: float) -> float:
+        """Return Omega at x of the piece [rad/s]."""
+        omega, rise = self.omega.over(self.clock, self.block, self.begin, self.end)
+        return omega + x * rise
+
     def torque(self, x: float) -> float:
         """Return the torque of the drive on the string, c_a (Omega - ydot), at x of the piece [N m]."""
-        omega, rise = self.omega.over(self.clock, self.block, self.begin, self.end)
-        return self.sliding * ((omega + x * rise) - value(self.speed(), x))
+        return self.sliding * (self.drive(x) - value(self.speed(), x))
 
-    def power_integral(self, x: float) -> float:
-        """Return the integral of top_torque times top_speed from 0 to x of the piece, per unit of x [W]."""
+    def power_integrals(self, x: float) -> tuple[float, float, float]:
+        """Return the integrals of top_torque times top_speed, Omega and their difference, 0 to x of the piece [W]."""
         speed = self.speed()
         omega, rise = self.omega.over(self.clock, self.block, self.begin, self.end)
+        drive = (omega, rise, 0.0, 0.0, 0.0)
         slip = (omega - speed[0], rise - speed[1], -speed[2], -speed[3], -speed[4])
-        return self.sliding * product_integral(slip, speed, x)
+        work = self.sliding * product_integral(slip, speed, x)
+        driven = self.sliding * product_integral(slip, drive, x)
+        return work, driven, self.sliding * product_integral(slip, slip, x)
 
     def state(self) -> dict[str, Any]:
         """Return everything that changes in time, as plain data."""

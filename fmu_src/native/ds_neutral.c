@@ -202,6 +202,7 @@ void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_
     const double bit_piece = (bit->end - bit->begin) * block;
     const double top_piece = (top->end - top->begin) * block;
     const ds_quartic speed = ds_top_speed(top);
+    const ds_top_powers powers = ds_top_power_integrals(&model->top, &model->clock, top, y);
     outputs->bit_speed = ds_quartic_value(bit->turning, x);
     outputs->top_speed = ds_quartic_value(speed, y);
     outputs->bit_torque = ds_bit_torque(&state->law, bit, x);
@@ -216,8 +217,10 @@ void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_
     outputs->slip_count = bit->slips;
     outputs->last_stop_time = bit->last_stop;
     outputs->last_release_time = bit->last_release;
-    outputs->work_in = top->work + top_piece * ds_top_power_integral(&model->top, &model->clock, top, y);
+    outputs->work_in = top->work + top_piece * powers.work;
     outputs->bit_loss = bit->loss + bit_piece * ds_bit_power_integral(&state->law, bit, x);
+    outputs->drive_work = top->driven + top_piece * powers.driven;
+    outputs->top_loss = top->slid + top_piece * powers.slid;
     outputs->cells_used = model->cells;
     outputs->breaks_folded = state->up.folded + state->down.folded;
     outputs->folded_energy = model->impedance * block * (state->up.folded_square + state->down.folded_square);

@@ -60,7 +60,7 @@ static inline double ds_neutral_present_in(const ds_neutral_state *state, int64_
 typedef struct {
     double bit_speed, top_speed, bit_torque, top_torque, bit_angle, top_angle, energy;
     double bit_speed_min, bit_speed_max, stuck_time, last_stop_time, last_release_time, work_in, bit_loss;
-    double folded_energy;
+    double drive_work, top_loss, folded_energy;
     int bit_stuck, slip_count, cells_used, breaks_folded;
 } ds_neutral_outputs;
 

@@ -37,6 +37,7 @@ void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *stat
     const double bit_piece = (bit->end - bit->begin) * model->clock.block;
     const double top_piece = (top->end - top->begin) * model->clock.block;
     const double acceleration = rate_of(bit->turning, x, bit_piece);
+    const double drive = ds_top_drive(&model->clock, top, y);
     ds_neutral_outputs now;
     ds_neutral_read(model, state, &now);
     rates->bit_speed = acceleration;
@@ -47,6 +48,8 @@ void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *stat
     rates->top_angle = now.top_speed;
     rates->work_in = now.top_torque * now.top_speed;
     rates->bit_loss = now.bit_torque * now.bit_speed;
+    rates->drive_work = now.top_torque * drive;
+    rates->top_loss = now.top_torque * (drive - now.top_speed);
     rates->energy = rates->work_in - rates->bit_loss;
     rates->stuck_time = now.bit_stuck;
     /* an extreme moves while the speed is at it and goes further */

@@ -20,6 +20,8 @@ typedef struct {
     double stuck_time;    /* 1 */
     double work_in;       /* W */
     double bit_loss;      /* W */
+    double drive_work;    /* W */
+    double top_loss;      /* W */
 } ds_neutral_rates;
 
 DS_SHARED void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_rates *rates);

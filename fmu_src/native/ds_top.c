@@ -10,6 +10,8 @@ void ds_top_start(ds_top *top, double angle)
     top->incoming = DS_NO_PIECE;
     top->angle = angle;
     top->work = 0.0;
+    top->driven = 0.0;
+    top->slid = 0.0;
 }
 
 void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *up, const ds_piece *up_ring)
@@ -36,7 +38,10 @@ void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_
     const double duration = (top->end - top->begin) * clock->block;
     const ds_piece piece = {top->begin, top->end, top->leaving, 0.0};
     top->angle += duration * ds_quartic_integral(ds_top_speed(top), 1.0);
-    top->work += duration * ds_top_power_integral(law, clock, top, 1.0);
+    const ds_top_powers powers = ds_top_power_integrals(law, clock, top, 1.0);
+    top->work += duration * powers.work;
+    top->driven += duration * powers.driven;
+    top->slid += duration * powers.slid;
     ds_line_push(down, down_ring, piece);
     top->begin = top->end;
     if (top->end >= 1.0) {
@@ -65,18 +70,29 @@ ds_quartic ds_top_speed(const ds_top *top)
     return ds_quartic_add(top->arriving, top->leaving);
 }
 
-double ds_top_torque(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x)
+double ds_top_drive(const ds_clock *clock, const ds_top *top, double x)
 {
     double rise;
     const double omega = ds_ramp_at(&top->omega, clock, top->block, top->begin, top->end, &rise);
-    return law->sliding * ((omega + x * rise) - ds_quartic_value(ds_top_speed(top), x));
+    return omega + x * rise;
 }
 
-double ds_top_power_integral(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x)
+double ds_top_torque(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x)
+{
+    return law->sliding * (ds_top_drive(clock, top, x) - ds_quartic_value(ds_top_speed(top), x));
+}
+
+ds_top_powers ds_top_power_integrals(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x)
 {
     double rise;
     const double omega = ds_ramp_at(&top->omega, clock, top->block, top->begin, top->end, &rise);
     const ds_quartic speed = ds_top_speed(top);
+    const ds_quartic drive = {omega, rise, 0.0, 0.0, 0.0};
     const ds_quartic slip = {omega - speed.c0, rise - speed.c1, -speed.c2, -speed.c3, -speed.c4};
-    return law->sliding * ds_quartic_product_integral(slip, speed, x);
+    const ds_top_powers powers = {
+        law->sliding * ds_quartic_product_integral(slip, speed, x),
+        law->sliding * ds_quartic_product_integral(slip, drive, x),
+        law->sliding * ds_quartic_product_integral(slip, slip, x),
+    };
+    return powers;
 }

@@ -21,8 +21,17 @@ typedef struct {
     ds_piece incoming; /* rad/s, the piece of the up-going wave that `arriving` is a part of */
     ds_ramp omega;     /* rad/s, the drive */
     double angle;      /* rad, angle of the top up to `begin` */
-    double work;       /* J, work of the drive on the string up to `begin` */
+    double work;       /* J, work on the string up to `begin` */
+    double driven;     /* J, work of the drive up to `begin` */
+    double slid;       /* J, lost between them in the sliding up to `begin` */
 } ds_top;
+
+/* integrals from 0 to x of a piece, per unit of x */
+typedef struct {
+    double work;   /* W, of top_torque times top_speed */
+    double driven; /* W, of top_torque times Omega */
+    double slid;   /* W, of top_torque times the difference */
+} ds_top_powers;
 
 DS_SHARED void ds_top_start(ds_top *top, double angle);
 DS_SHARED void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *up,
@@ -33,7 +42,10 @@ DS_SHARED void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top
 DS_SHARED void ds_top_cut(const ds_top_law *law, const ds_clock *clock, ds_top *top, double fraction, ds_line *down,
                           ds_piece *down_ring);
 DS_SHARED ds_quartic ds_top_speed(const ds_top *top);
+/* Omega at x of the piece [rad/s] */
+DS_SHARED double ds_top_drive(const ds_clock *clock, const ds_top *top, double x);
 DS_SHARED double ds_top_torque(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
-DS_SHARED double ds_top_power_integral(const ds_top_law *law, const ds_clock *clock, const ds_top *top, double x);
+DS_SHARED ds_top_powers ds_top_power_integrals(const ds_top_law *law, const ds_clock *clock, const ds_top *top,
+                                               double x);
 
 #endif

@@ -72,6 +72,8 @@ static void write_outputs(const ds_neutral *model, const ds_neutral_state *state
     value[DS_last_release_time] = o.last_release_time;
     value[DS_work_in] = o.work_in;
     value[DS_bit_loss] = o.bit_loss;
+    value[DS_drive_work] = o.drive_work;
+    value[DS_top_loss] = o.top_loss;
     value[DS_cells_used] = o.cells_used;
     value[DS_breaks_folded] = o.breaks_folded;
     value[DS_folded_energy] = o.folded_energy;
@@ -173,6 +175,8 @@ void ds_model_output_derivatives(const void *memory, double rate[])
     rate[DS_stuck_time] = r.stuck_time;
     rate[DS_work_in] = r.work_in;
     rate[DS_bit_loss] = r.bit_loss;
+    rate[DS_drive_work] = r.drive_work;
+    rate[DS_top_loss] = r.top_loss;
 }
 
 /* how much the torque on bit of eqs. (3) and (4) changes with its speed, weight and parameters in a slip */

@@ -146,6 +146,8 @@ class OracleSolution:
         # What happens at the top is kept at the time it reaches the bit; the history before that is never asked for.
         self._top_speed = signal(ahead + down, parameters.initial_speed)
         self._work = signal(parameters.c_a * (omega - ahead - down) * (ahead + down), 0.0)
+        self._driven = signal(parameters.c_a * (omega - ahead - down) * omega, 0.0)
+        self._slid = signal(parameters.c_a * (omega - ahead - down) ** 2, 0.0)
         self._stuck_before = np.concatenate([[0.0], np.cumsum(np.where(self._at.direction == 0, self._at.length, 0.0))])
         self._releases_by_piece = np.searchsorted(
             [window + 1j * offset for window, offset in march.releases], self._at.window + 1j * self._at.start, "right"
@@ -170,7 +172,7 @@ class OracleSolution:
         -------
         dict of ndarray
             bit_speed, top_speed [rad/s], bit_torque, top_torque [N m], bit_angle, top_angle [rad], bit_stuck (bool),
-            energy [J], stuck_time [s], slip_count, work_in, bit_loss [J], shaped as `times`.
+            energy [J], stuck_time [s], slip_count, work_in, bit_loss, drive_work, top_loss [J], shaped as `times`.
 
         Raises
         ------
@@ -197,6 +199,8 @@ class OracleSolution:
             + self._top_speed.integral(times, away)
             - self._top_speed.integral(first, away),
             "work_in": self._work.integral(times, away) - self._work.integral(first, away),
+            "drive_work": self._driven.integral(times, away) - self._driven.integral(first, away),
+            "top_loss": self._slid.integral(times, away) - self._slid.integral(first, away),
         }
 
     def _at_the_bit(self, times: np.ndarray) -> dict[str, np.ndarray]:

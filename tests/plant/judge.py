@@ -14,7 +14,7 @@ BARS = {
     "bit_torque": 1e-3, "top_torque": 1e-3,  # N m
     "bit_angle": 1e-6, "top_angle": 1e-6,  # rad
 }  # fmt: skip
-RELATIVE_BARS = {"energy": 1e-8, "work_in": 1e-8, "bit_loss": 1e-8}
+RELATIVE_BARS = {"energy": 1e-8, "work_in": 1e-8, "bit_loss": 1e-8, "drive_work": 1e-8, "top_loss": 1e-8}
 """Relative to the energy that has passed through the string so far, 1 J at least."""
 NEAR = 1e-9
 """Nearer than this to a jump of an output there is nothing to compare [s]."""

@@ -19,6 +19,7 @@ from tests.plant.programs import CASES, PAPER, RAMPS, Case, solved
 MODELS = [PLANT, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
 MOVING = (
     "bit_speed", "top_speed", "bit_torque", "top_torque", "bit_angle", "top_angle", "energy", "work_in", "bit_loss",
+    "drive_work", "top_loss",
 )  # fmt: skip
 COUNTED = ("last_stop_time", "last_release_time", "folded_energy")
 GAP = 1e-4
@@ -69,6 +70,9 @@ def test_rates_fit_each_other_and_the_outputs():
         assert rate["work_in"] == now["top_torque"] * now["top_speed"]
         assert rate["bit_loss"] == now["bit_torque"] * now["bit_speed"]
         assert rate["energy"] == rate["work_in"] - rate["bit_loss"]
+        omega = case.omega.line(plant.time - 1e-9, plant.time - 1e-9)[0]
+        assert rate["drive_work"] == now["top_torque"] * omega
+        assert rate["top_loss"] == now["top_torque"] * (omega - now["top_speed"])
         assert rate["top_torque"] == pytest.approx(-drive * rate["top_speed"], rel=1e-12)
         assert rate["stuck_time"] == now["bit_stuck"]
         assert [rate[name] for name in COUNTED] == [0.0, 0.0, 0.0]

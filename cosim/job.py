@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from cosim.energy import energy_balance
 from cosim.figure import draw
 from cosim.isolated_process import Limits
 from cosim.metrics import Measures, measure
@@ -17,6 +18,7 @@ from cosim.signals import Value
 from cosim.simulation import simulate, versions
 from cosim.store import FIGURE, run_folder, write_manifest, write_variant
 
+Found = TypeVar("Found")
 Progress = Callable[[str, float], None]
 """Told now and then which part, from 0 to 1, of which variant is done."""
 
@@ -84,9 +86,10 @@ def run_job(job: Job, output: Path, progress: Progress) -> dict[str, Outcome]:
     with run_folder(output) as folder:
         for label in job.labels:
             result = _simulate(job, label, progress)
-            outcomes[label] = Outcome(result, _measure(result))
+            outcomes[label] = Outcome(result, _of_plant(result, measure))
             subfolder = label if len(job.labels) > 1 else ""
-            entries.append(write_variant(folder, subfolder, result, outcomes[label].measures))
+            energy = _of_plant(result, energy_balance)
+            entries.append(write_variant(folder, subfolder, result, outcomes[label].measures, energy))
         title = scenario.title or scenario.name
         draw(folder / FIGURE, title, {label: outcomes[label].result for label in outcomes}, scenario.signals)
         created = datetime.now(UTC).isoformat(timespec="seconds")
@@ -113,8 +116,8 @@ def _simulate(job: Job, label: str, progress: Progress) -> Result:
     )
 
 
-def _measure(result: Result) -> Measures | None:
-    """Measure the first component that has a bit."""
+def _of_plant(result: Result, look: Callable[[Result, str], Found | None]) -> Found | None:
+    """Return what is found of the first component that has it."""
     components = dict.fromkeys(name.partition(".")[0] for name in result.names)
-    found = (measure(result, component) for component in components)
-    return next((measures for measures in found if measures is not None), None)
+    found = (look(result, component) for component in components)
+    return next((one for one in found if one is not None), None)

@@ -17,6 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, cast
 
+from cosim.energy import EnergyBalance
 from cosim.errors import OutputError
 from cosim.metrics import Measures
 from cosim.result import Result
@@ -72,7 +73,9 @@ def write_manifest(folder: Path, content: Mapping[str, Any]) -> None:
     (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")
 
 
-def write_variant(folder: Path, subfolder: str, result: Result, measures: Measures | None) -> dict[str, Any]:
+def write_variant(
+    folder: Path, subfolder: str, result: Result, measures: Measures | None, energy: EnergyBalance | None
+) -> dict[str, Any]:
     """Write one variant's trajectory, and return its entry for the manifest.
 
     Parameters
@@ -85,6 +88,8 @@ def write_variant(folder: Path, subfolder: str, result: Result, measures: Measur
         What was recorded.
     measures : Measures, optional
         What it amounts to.
+    energy : EnergyBalance, optional
+        Where its energy went.
     """
     (folder / subfolder).mkdir(exist_ok=True)
     result.to_csv(folder / subfolder / TRAJECTORY)
@@ -94,6 +99,7 @@ def write_variant(folder: Path, subfolder: str, result: Result, measures: Measur
         "trajectory": trajectory,
         "units": dict(result.units),
         "measures": asdict(measures) if measures else None,
+        "energy": energy.summary() if energy else None,
     }
 
 

@@ -1,0 +1,41 @@
+"""The figures show what the numbers say: colours where rotation is stable and where not, curves where cycles are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.image import imread
+
+from cosim.stability_map import draw_bistability, draw_charts
+from models.chart import stability_chart
+from tests.theory.strings import NOMINAL, PAPER
+from tests.theory.test_bistability import over_omega
+
+
+def share(path: Path, low: tuple[float, float, float], high: tuple[float, float, float]) -> float:
+    """Return the share of pixels whose red, green and blue lie between two colours."""
+    colours = imread(path)[:, :, :3]
+    return float(((colours >= low) & (colours <= high)).all(axis=2).mean())
+
+
+def test_charts_are_orange_where_rotation_is_unstable_and_purple_where_it_is_stable(tmp_path: Path) -> None:
+    shares = {}
+    for name, omegas in (("stable", [12.0, 20.0]), ("unstable", [6.2, 7.0]), ("none", [2.0, 3.0])):
+        chart = stability_chart(PAPER, 10.0, NOMINAL, ("Omega", omegas), ("WOB", [90e3, 97347.0]))
+        draw_charts(tmp_path / f"{name}.png", [chart])
+        path = tmp_path / f"{name}.png"
+        shares[name] = share(path, (0.3, 0.15, 0.0), (1.0, 0.8, 0.5)), share(path, (0.1, 0.0, 0.25), (0.65, 0.6, 0.8))
+    assert shares["unstable"][0] > shares["none"][0] + 0.2
+    assert shares["stable"][1] > shares["none"][1] + 0.2
+    assert shares["stable"][0] < shares["none"][0] + 0.01
+    assert shares["unstable"][1] < shares["none"][1] + 0.01
+
+
+def test_cycles_and_rotation_are_drawn_over_the_band_in_which_both_are_stable(tmp_path: Path) -> None:
+    path = tmp_path / "bistability.png"
+    draw_bistability(path, over_omega())
+    assert share(path, (0.92, 0.92, 0.92), (0.95, 0.95, 0.95)) > 0.3
+    for red, green, blue in ((0x0B, 0x53, 0x94), (0xB4, 0x53, 0x09)):
+        colour = np.array([red, green, blue]) / 255
+        assert share(path, tuple(colour - 0.02), tuple(colour + 0.02)) > 5e-4

@@ -130,19 +130,20 @@ fmi2Status ds_refresh(ds_instance *instance)
     if (size == 0) {
         return ds_tell(instance, fmi2Error, LOG_ERROR, "%s", journal->reason);
     }
-    if (size != instance->memory_size) {
-        void *const memory = calloc(1, size);
-        if (memory == NULL) {
-            return ds_tell(instance, fmi2Error, LOG_ERROR, "no memory for a model of %.0f bytes", (double)size);
-        }
-        free(instance->memory);
-        instance->memory = memory;
-        instance->memory_size = size;
+    void *const memory = calloc(1, size);
+    if (memory == NULL) {
+        return ds_tell(instance, fmi2Error, LOG_ERROR, "no memory for a model of %.0f bytes", (double)size);
     }
-    if (ds_model_start(instance->memory, size, now->value, now->slope, (const ds_text *)now->text, now->time,
-                       journal) != DS_OK) {
+    if (size == instance->memory_size) { /* a model may tell what has changed since it was started before */
+        memcpy(memory, instance->memory, size);
+    }
+    if (ds_model_start(memory, size, now->value, now->slope, (const ds_text *)now->text, now->time, journal) != DS_OK) {
+        free(memory);
         return ds_tell(instance, fmi2Error, LOG_ERROR, "%s", journal->reason);
     }
+    free(instance->memory);
+    instance->memory = memory;
+    instance->memory_size = size;
     now->stale = 0;
     return fmi2OK;
 }

@@ -1,11 +1,12 @@
 # Everything a fresh clone needs: python3, make and a package index.
 #   make run    build the FMUs, couple them, show the stick-slip cycle of the paper's Fig. 2
 #   make test   format, lint, types, and every test
+#   make fuzz   make up calls to the C code of an FMU until one goes wrong (MODEL=, DURATION=)
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: run test setup fmus all-fmus lint types unit bench clean
+.PHONY: run test setup fmus all-fmus lint types unit sanitize fuzz bench clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
@@ -36,6 +37,17 @@ types: setup
 
 unit: all-fmus
 	$(BIN)/python -m pytest
+
+# more calls at random than make test makes
+CALLS ?= 1000000
+SEED  ?= $(shell date +%j%H%M)
+sanitize: setup
+	CALLS=$(CALLS) SEED=$(SEED) $(BIN)/python -m pytest tests/native/test_hardening.py -k at_random
+
+MODEL   ?= DrillstringNeutral
+DURATION ?= 600
+fuzz: setup
+	$(BIN)/python -m tests.native.fuzz $(MODEL) $(DURATION)
 
 # Compares with what users would do otherwise; numba, jitcdde (needs a C compiler) and pytest-benchmark are its own.
 bench: fmus $(VENV)/bench-installed

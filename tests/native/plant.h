@@ -1,0 +1,14 @@
+/* The times of the plant, from its parameters as they are set. */
+#ifndef PLANT_H
+#define PLANT_H
+
+#include "subject.h"
+
+/* whether the model is a plant */
+int is_plant(void);
+/* s, in which a wave goes along the string */
+double plant_travel_time(const subject *s);
+/* s, in which the bit answers the string: the shortest piece its motion is computed in is about half of it */
+double plant_answer_time(const subject *s);
+
+#endif

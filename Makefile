@@ -6,7 +6,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: run test setup fmus all-fmus lint types unit sanitize fuzz bench clean
+.PHONY: run test setup fmus all-fmus lint types unit coverage sanitize fuzz bench clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
@@ -37,6 +37,10 @@ types: setup
 
 unit: all-fmus
 	$(BIN)/python -m pytest
+
+# The C code: docs/hardening.md tells what these three need beside Python.
+coverage: setup
+	$(BIN)/python -m tests.native.coverage
 
 # more calls at random than make test makes
 CALLS ?= 1000000

@@ -1,0 +1,16 @@
+"""Enough of the C code is driven: its branches, counted by gcov over all models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from fmu_src.native_build import NATIVE
+from tests.native import coverage
+
+
+def test_nearly_all_branches_of_core_and_adapter_are_taken(record_property: Callable[[str, object], None]) -> None:
+    table, found = coverage.measure()
+    counted = {file["filename"].rpartition("/")[2] for file in found["files"]}
+    assert {path.name for path in NATIVE.glob("*.c")} <= counted
+    record_property("branches", "{branch_percent} % of {branch_total} branches of the C code are taken".format(**found))
+    assert found["branch_percent"] >= coverage.LEAST, table

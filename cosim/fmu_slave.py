@@ -28,6 +28,7 @@ from cosim.signals import Value
 
 _STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
 _WARNING, _DISCARD, _FATAL = 1, 2, 4
+_TRANSIT = -1  # slot of a state on its way to or from bytes
 _TERMINATED = 3  # fmi2StatusKind fmi2Terminated
 
 
@@ -151,18 +152,26 @@ class FmuSlave:
 
     def save(self, slot: int) -> None:
         """Keep the present state under a number; from then on the FMU is told that it may have to go back."""
-        if self._states is None:
-            self._states = KeptStates(self._instance, self._bind, self._judge)
-            self._no_rollback = c_int(False)
-        self._states.save(slot)
+        self._no_rollback = c_int(False)
+        self._kept().save(slot)
         self._times[slot] = self._time
 
     def restore(self, slot: int) -> None:
         """Return to the state that was kept under a number, as if nothing had happened since."""
-        if self._states is None:
-            raise KeyError(slot)
-        self._states.restore(slot)
+        self._kept().restore(slot)
         self._time = self._times[slot]
+        self._journal.forget()
+
+    def serialise(self) -> bytes:
+        """Return the present state as bytes."""
+        self._kept().save(_TRANSIT)
+        return self._kept().to_bytes(_TRANSIT)
+
+    def deserialise(self, content: bytes, time: float) -> None:
+        """Go on from a state at the communication point `time` [s] that was written as bytes."""
+        self._kept().from_bytes(_TRANSIT, content)
+        self._kept().restore(_TRANSIT)
+        self._time = time
         self._journal.forget()
 
     def terminate(self) -> None:
@@ -183,6 +192,12 @@ class FmuSlave:
                     self._states.free()
                 self._fmu.fmi2FreeInstance(self._fmu.component)
             self._journal.close()
+
+    def _kept(self) -> KeptStates:
+        """Return the states that are kept, for the first one of which the functions are found."""
+        if self._states is None:
+            self._states = KeptStates(self._instance, self._bind, self._judge)
+        return self._states
 
     def _instantiate(self) -> None:
         """Instantiate, with logging of all categories: some FMUs else keep to themselves why a call fails."""

@@ -48,8 +48,10 @@ class Operation(IntEnum):
     READ = 7
     SAVE = 8
     RESTORE = 9
-    TERMINATE = 10
-    CLOSE = 11
+    SERIALISE = 10
+    DESERIALISE = 11
+    TERMINATE = 12
+    CLOSE = 13
 
     @property
     def phrase(self) -> str:
@@ -68,6 +70,8 @@ _PHRASES = {
     Operation.READ: "while its outputs were read",
     Operation.SAVE: "in fmi2GetFMUstate",
     Operation.RESTORE: "in fmi2SetFMUstate",
+    Operation.SERIALISE: "in fmi2SerializeFMUstate",
+    Operation.DESERIALISE: "in fmi2DeSerializeFMUstate",
     Operation.TERMINATE: "in fmi2Terminate",
     Operation.CLOSE: "while it was freed and unloaded",
 }

@@ -113,6 +113,10 @@ class Worker:
                 self._slave.save(slot)
             case Operation.RESTORE:
                 self._slave.restore(slot)
+            case Operation.SERIALISE:
+                Path(content["state"]).write_bytes(self._slave.serialise())
+            case Operation.DESERIALISE:
+                self._slave.deserialise(Path(content["state"]).read_bytes(), now)
             case Operation.OPEN:
                 self._open(content)
             case Operation.SETUP:

@@ -57,6 +57,17 @@ class Slave(Protocol):
         """Return to the state that was kept under a number; inputs and their slopes are then to be written again."""
         ...
 
+    def serialise(self) -> bytes:
+        """Return the present state as bytes, for another process to go on from.
+
+        Only a slave whose description says `can_serialize_state` is asked for it.
+        """
+        ...
+
+    def deserialise(self, content: bytes, time: float) -> None:
+        """Once initialised, go on from a state at the communication point `time` [s] that was written as bytes."""
+        ...
+
     def terminate(self) -> None:
         """End the run."""
         ...

@@ -61,6 +61,7 @@ class Variable:
     maximum: float | None = None
     nominal: float = 1.0
     items: Mapping[str, int] = field(default_factory=dict[str, int], hash=False)
+    description: str = ""
 
     @property
     def settable(self) -> bool:
@@ -249,4 +250,5 @@ def _variable(variable: fmpy_md.ModelVariable, units: Mapping[str, Unit]) -> Var
         maximum=float(maximum) if maximum is not None else None,
         nominal=abs(float(nominal or 1.0)) or 1.0,
         items=items,
+        description=str(variable.description or ""),
     )

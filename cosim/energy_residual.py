@@ -10,12 +10,13 @@ Computers 33, who take the powers at communication points.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from cosim.power_bonds import Bond
-from cosim.record import Trace
+from cosim.record import Window
 from cosim.signals import FloatArray
 from cosim.system import split_name
 
@@ -23,43 +24,45 @@ Line = tuple[FloatArray, FloatArray]
 """Values at the beginnings and ends of steps."""
 
 
-@dataclass(frozen=True)
-class EnergyResidual:
-    """What happened across a bond, J.
+@dataclass
+class EnergyAccount:
+    """What has happened across a bond so far.
 
     Attributes
     ----------
-    residual : ndarray, shape (rows,)
-        Energy made in the step that led to each row, 0 in row 0.
+    bond : Bond
+        Of the system that is run.
+    sum, absolute : float
+        Of the residuals, and of their absolute values, J.
     exchanged : float
-        Energy taken in over all steps, each counted as positive.
+        Energy taken in over all steps, each counted as positive, J.
     """
 
-    residual: FloatArray
-    exchanged: float
+    bond: Bond
+    sum: float = 0.0
+    absolute: float = 0.0
+    exchanged: float = 0.0
+
+    def take(self, window: Window) -> FloatArray:
+        """Account for a window; return the energy made in the step that led to each row, 0 for the first [J]."""
+        sizes = np.diff(window.times)
+        effort = _output(self.bond.output, window)
+        taken = self.bond.factor * _integral(_input(self.bond.input, window, sizes), effort, sizes)
+        returned = effort if self.bond.back is None else _input(self.bond.back, window, sizes)
+        given = self.bond.factor * _integral(_output(self.bond.source, window), returned, sizes)
+        residual = taken - given
+        self.sum += float(residual.sum())
+        self.absolute += float(np.abs(residual).sum())
+        self.exchanged += float(np.abs(taken).sum())
+        return np.concatenate([[0.0], residual])
 
     def summary(self) -> dict[str, float]:
-        """Return the sums, J: of the residuals, of their absolute values, and what was exchanged."""
-        residual = self.residual
-        return {"sum": float(residual.sum()), "absolute": float(np.abs(residual).sum()), "exchanged": self.exchanged}
+        """Return the sums [J]."""
+        return {"sum": self.sum, "absolute": self.absolute, "exchanged": self.exchanged}
 
-
-def energy_residual(bond: Bond, trace: Trace) -> EnergyResidual:
-    """Account for the energy that went over a bond.
-
-    Parameters
-    ----------
-    bond : Bond
-        Of the system that was run.
-    trace : Trace
-        The whole recording, or a part of successive rows.
-    """
-    sizes = np.diff(trace.times)
-    effort = _output(bond.output, trace)
-    taken = bond.factor * _integral(_input(bond.input, trace, sizes), effort, sizes)
-    returned = effort if bond.back is None else _input(bond.back, trace, sizes)
-    given = bond.factor * _integral(_output(bond.source, trace), returned, sizes)
-    return EnergyResidual(np.concatenate([[0.0], taken - given]), float(np.abs(taken).sum()))
+    def restore(self, summary: Mapping[str, float]) -> None:
+        """Go on from sums."""
+        self.sum, self.absolute, self.exchanged = (summary[name] for name in ("sum", "absolute", "exchanged"))
 
 
 def _integral(first: Line, second: Line, sizes: FloatArray) -> FloatArray:
@@ -68,18 +71,18 @@ def _integral(first: Line, second: Line, sizes: FloatArray) -> FloatArray:
     return sizes / 6.0 * (2.0 * a * c + a * d + b * c + 2.0 * b * d)
 
 
-def _output(name: str, trace: Trace) -> Line:
+def _output(name: str, window: Window) -> Line:
     """Return an output at both ends of each step."""
     component, variable = split_name(name)
-    section = trace.blocks[component].outputs["Real"]
+    section = window.blocks[component].outputs["Real"]
     values = section.values[:, section.column(variable)].astype(np.float64)
     return values[:-1], values[1:]
 
 
-def _input(name: str, trace: Trace, sizes: FloatArray) -> Line:
+def _input(name: str, window: Window, sizes: FloatArray) -> Line:
     """Return an input at both ends of each step: it ends where it is recorded, and came there with its slope."""
     component, variable = split_name(name)
-    section, slopes = trace.blocks[component].inputs["Real"], trace.blocks[component].slopes
+    section, slopes = window.blocks[component].inputs["Real"], window.blocks[component].slopes
     index = section.column(variable)
     ends = section.values[1:, index].astype(np.float64)
     column = None if slopes is None else slopes.column(int(section.references[index]))

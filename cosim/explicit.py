@@ -6,7 +6,10 @@ Which outputs are known is the algorithm's lag. Runs whose communication points 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from numpy.typing import NDArray
 
 from cosim.algorithms import Lag
 from cosim.channel import Span
@@ -54,6 +57,13 @@ class Explicit:
         """Step the last components."""
         for part in self._last:
             self._step(part, begin, end, span)
+
+    def learned(self) -> dict[str, NDArray[Any]]:
+        """Nothing is learned from a step."""
+        return {}
+
+    def learn(self, learned: Mapping[str, NDArray[Any]]) -> None:
+        """Nothing is to be learned."""
 
     def _step(self, part: Part, begin: int, end: int, span: Span) -> None:
         """Step one component with its inputs held."""

@@ -6,15 +6,14 @@ components like any other value, but it is the guard's or the limit's and not a 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cosim.description import Description
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.signals import FloatArray
+from cosim.rows import Rows
 from cosim.system import System
 
 _ENDING = "_active"
@@ -42,23 +41,32 @@ def find_guards(system: System, descriptions: Mapping[str, Description]) -> tupl
     return system.guards
 
 
-def active_spans(
-    guards: tuple[str, ...], times: FloatArray, columns: Mapping[str, NDArray[Any]]
-) -> dict[str, dict[str, Any]]:
-    """Tell of each guard that was ever active at how many communication points, and when first and last.
+class GuardWatch:
+    """Notes at how many communication points each guard was active, and when first and last.
 
     Parameters
     ----------
-    guards : tuple of str
+    guards : sequence of str
         Their names.
-    times : ndarray, shape (rows,)
-        Communication points, s.
-    columns : mapping of str to ndarray, shape (rows,)
-        Recorded values by name.
     """
-    rows = {name: np.flatnonzero(columns[name]) for name in guards}
-    return {
-        name: {"points": int(active.size), "first": float(times[active[0]]), "last": float(times[active[-1]])}
-        for name, active in rows.items()
-        if active.size
-    }
+
+    def __init__(self, guards: Sequence[str]) -> None:
+        self._guards = tuple(guards)
+        self._spans: dict[str, dict[str, Any]] = {}
+
+    def take(self, rows: Rows) -> None:
+        """Look at some more rows."""
+        for name in self._guards:
+            active = rows.times[np.flatnonzero(rows.columns[name])]
+            if active.size:
+                span = self._spans.setdefault(name, {"points": 0, "first": float(active[0])})
+                span["points"] += int(active.size)
+                span["last"] = float(active[-1])
+
+    def summary(self) -> dict[str, dict[str, Any]]:
+        """Return what was noted of those that were ever active: points, and the first and the last time, s."""
+        return {name: dict(self._spans[name]) for name in self._guards if name in self._spans}
+
+    def restore(self, summary: Mapping[str, Mapping[str, Any]]) -> None:
+        """Go on from what was noted."""
+        self._spans = {name: dict(span) for name, span in summary.items()}

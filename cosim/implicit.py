@@ -13,6 +13,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
+from typing import Any
+
+from numpy.typing import NDArray
 
 from cosim.channel import Channel, Span
 from cosim.errors import LoopError
@@ -54,6 +57,7 @@ class Implicit:
         goes_on: bool = False,
     ) -> None:
         self._units = tuple(units)
+        self._loops = [unit for unit in units if isinstance(unit, CoupledLoop)]
         self._last = tuple(last)
         self._reach = reach
         self._goes_on = goes_on
@@ -105,6 +109,15 @@ class Implicit:
         for part in self._last:
             part.lead(begin, end, span, held)
             part.settle(begin, end, span)
+
+    def learned(self) -> dict[str, NDArray[Any]]:
+        """Return what the loops have learned."""
+        return {f"loop {number}": loop.learned for number, loop in enumerate(self._loops)}
+
+    def learn(self, learned: Mapping[str, NDArray[Any]]) -> None:
+        """Let the loops know what others have learned."""
+        for number, loop in enumerate(self._loops):
+            loop.learned = learned[f"loop {number}"]
 
     def _jumps(self, begin: int, span: Span) -> frozenset[str]:
         """Return the inputs that jump at the beginning of a step, because one that feeds through to them does."""

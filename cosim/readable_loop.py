@@ -1,19 +1,18 @@
-"""The explicit steps of a run with known communication points, to be read; `cosim.step_loop` takes the same in C."""
+"""The explicit steps between known communication points, to be read; `cosim.step_loop` takes the same in C."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from cosim.grid import Grid
+from cosim.grid import Points
 from cosim.wiring import Node
 
 
-def readable_steps(nodes: tuple[Node, ...], grid: Grid) -> Callable[[int, int], None]:
-    """Return what takes the steps that end in the rows from a first to a last."""
-    steps = list(zip(grid.times.tolist(), grid.sizes.tolist(), strict=False))
+def readable_steps(nodes: tuple[Node, ...]) -> Callable[[Points], None]:
+    """Return what takes the steps between communication points, which end in the rows from 1 on."""
 
-    def take(first: int, last: int) -> None:
-        for row, (now, size) in enumerate(steps[first - 1 : last], first):
+    def take(points: Points) -> None:
+        for row, (now, size) in enumerate(zip(points.times.tolist(), points.sizes.tolist(), strict=False), 1):
             step_once(nodes, row, now, size)
 
     return take

@@ -1,5 +1,7 @@
 """Where a run is recorded: memory laid out once, so that FMUs write their outputs straight into it.
 
+A run is recorded a window at a time, in the same memory: what is to be kept of a window is copied from it.
+
 Each component has a block; a block has a section for each base type of its inputs and of its outputs; a section is an
 array with one row for each communication point. Row k holds what is true at the end of the step that leads to it: the
 outputs then, and the inputs in force then. Row 0 holds the values after initialisation.
@@ -88,6 +90,15 @@ class Block:
         sections = [sections[kind] for sections in (self.inputs, self.outputs) for kind in BASE_TYPES]
         return [part.values for part in (*sections, *slopes)]
 
+    def rows(self, count: int) -> Block:
+        """Return the same block with its first rows only."""
+        return self.with_arrays(values[:count] for values in self.arrays())
+
+    def roll(self, row: int) -> None:
+        """Let the next window, or step, begin where this one ended."""
+        for values in self.arrays():
+            values[0] = values[row]
+
     def with_arrays(self, arrays: Iterable[NDArray[Any]]) -> Block:
         """Return the same block with other memory, in the order of `arrays`."""
         ahead = iter(arrays)
@@ -100,22 +111,25 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Trace:
-    """What a run leaves.
+class Window:
+    """Successive communication points of a run; valid until the run goes on.
 
     Attributes
     ----------
+    first : int
+        Number of the first row within the run. But for row 0, it is the last row of the window before.
     times : ndarray, shape (rows,)
         Communication points, s.
     blocks : mapping of str to Block
         By component, with one row each.
-    notes : mapping of str to tuple of ndarray, shape (rows,), and str
-        About the steps that led to the rows, and in which unit.
+    notes : mapping of str to ndarray, shape (rows,)
+        Numbers without a unit about the steps that led to the rows.
     """
 
+    first: int
     times: FloatArray
     blocks: Mapping[str, Block]
-    notes: Mapping[str, tuple[NDArray[Any], str]]
+    notes: Mapping[str, NDArray[Any]]
 
 
 def base_type(variable: Variable) -> BaseType:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,20 +14,22 @@ from cosim.description import Description
 from cosim.error_estimate import ErrorEstimate
 from cosim.explicit import Explicit
 from cosim.grid import Grid
-from cosim.growing_record import GrowingRecord
 from cosim.guards import find_guards
 from cosim.implicit import Implicit
 from cosim.initialisation import Settling
 from cosim.loop.coupled import CoupledLoop
 from cosim.loop.failure import reporter
 from cosim.method import Method
-from cosim.record import Trace
+from cosim.record import Window
 from cosim.rollback_plan import RollbackPlan, plan_rollback
-from cosim.run import Progress
+from cosim.run import Snapshot, block_arrays
 from cosim.slave import Slave
 from cosim.stage import Part, set_stage
 from cosim.step_control import StepControl
 from cosim.system import System, split_name
+from cosim.window_record import WindowRecord
+
+_MOST_ROWS = 4096
 
 
 class RollbackRun:
@@ -54,7 +56,7 @@ class RollbackRun:
         plan = plan_rollback(system, descriptions, method)
         self._grid, self._method = grid, method
         self._guards = find_guards(system, descriptions)
-        self._parts = set_stage(system, slaves, start_values, float(grid.signal_times[0]))
+        self._parts = set_stage(system, slaves, start_values, float(grid.points(0, 0).signal_times[0]))
         self.blocks = {name: part.block for name, part in self._parts.items()}
         repeated = [self._parts[name] for group in plan.groups for name in group.components]
         self.order = (*(part.name for part in repeated), *plan.last)
@@ -63,25 +65,39 @@ class RollbackRun:
             if method.implicit
             else (Explicit(repeated, [self._parts[name] for name in plan.last], EXPLICIT[method.algorithm]))
         )
-        self._tape = GrowingRecord(self._parts, _notes(method))
+        self.notes = _notes(method)
+        recording = WindowRecord(self._parts, self.notes, _MOST_ROWS)
         error = None
         if method.tolerance is not None:
             error = ErrorEstimate(repeated, method.tolerance, leads=method.implicit)
         saved = [self._parts[name] for name in plan.saved]
         halves = method.on_failure == "halve"
-        self._control = StepControl(self._stepper, self._parts, saved, self._tape, error, halves=halves)
+        self._control = StepControl(grid, self._stepper, self._parts, saved, recording, error, halves=halves)
 
     def initialise(self) -> Settling:
         """Initialise all components."""
-        return self._stepper.initialise(float(self._grid.times[0]))
+        return self._stepper.initialise(self._grid.start_time)
 
-    def advance(self, progress: Progress | None) -> None:
+    def windows(self) -> Iterator[Window]:
         """Take all steps."""
-        self._control.run(self._grid, progress)
+        return self._control.windows()
 
-    def trace(self) -> Trace:
-        """Return the recording."""
-        return self._tape.trace()
+    @property
+    def done(self) -> float:
+        """Which part of the run has been taken, from 0 to 1."""
+        return self._control.done
+
+    def snapshot(self) -> Snapshot:
+        """Return where the run is, the rows of the stage, and what the algorithm has learned."""
+        arrays = {**block_arrays(self.blocks), **self._stepper.learned()}
+        return Snapshot(self._control.snapshot(), {name: values.copy() for name, values in arrays.items()})
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from there."""
+        self._control.restore(snapshot.notes)
+        for name, values in block_arrays(self.blocks).items():
+            values[:] = snapshot.arrays[name]
+        self._stepper.learn(snapshot.arrays)
 
     def record(self) -> dict[str, Any]:
         """Return numbers of steps, of those taken back, and how loops and errors came out."""
@@ -91,13 +107,13 @@ class RollbackRun:
             record["iteration_tolerance"] = method.iteration_tolerance
             record["on_failure"] = method.on_failure
             record["iterations"] = {"mean": tally.sweeps / max(1, tally.steps), "most": tally.most_sweeps}
-            first = None if tally.first_unsolved is None else tally.first_unsolved.time
-            record["unsolved"] = {"steps": tally.unsolved, "first": first, "largest_residual": tally.largest_residual}
+            unsolved = {"steps": tally.unsolved, "first": tally.first_unsolved}
+            record["unsolved"] = {**unsolved, "largest_residual": tally.largest_residual}
         if method.tolerance is not None:
             record["tolerance"] = method.tolerance
             record["error_estimate"] = {
                 "largest": tally.largest_error * method.tolerance,
-                "mean": tally.error_time * method.tolerance / float(self._grid.times[-1] - self._grid.times[0]),
+                "mean": tally.error_time * method.tolerance / (self._grid.end - self._grid.start_time),
                 "beyond_tolerance": tally.missed,
             }
         return record
@@ -122,7 +138,7 @@ class RollbackRun:
         return tuple(name for name, section, short in sections if section.values[row, section.column(short)])
 
 
-def _notes(method: Method) -> dict[str, Any]:
+def _notes(method: Method) -> dict[str, np.dtype[Any]]:
     """Return what to record of each step."""
-    notes: dict[str, Any] = {"iterations": np.int32} if method.implicit else {}
-    return notes if method.tolerance is None else {**notes, "error_estimate": np.float64}
+    notes: dict[str, np.dtype[Any]] = {"iterations": np.dtype(np.int32)} if method.implicit else {}
+    return notes if method.tolerance is None else {**notes, "error_estimate": np.dtype(np.float64)}

@@ -159,6 +159,13 @@ class Table:
         return self._points[low] + part * (self._points[high] - self._points[low])
 
 
+def is_level(signal: Signal) -> bool:
+    """Whether a signal is known to be level between its breakpoints, so that it has no slope anywhere."""
+    if isinstance(signal, Table):
+        return not signal.slopes(np.array(signal.breakpoints)).any()
+    return isinstance(signal, Constant | Step)
+
+
 def ramp(initial: float, final: float, start: float, duration: float) -> Step | Table:
     """Build the signal that goes straight from `initial` to `final` within `duration` [s] from the time `start` [s].
 

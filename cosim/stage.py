@@ -137,8 +137,7 @@ def set_stage(
 def roll(parts: Mapping[str, Part]) -> None:
     """Let the next step begin where this one ended."""
     for part in parts.values():
-        for values in part.block.arrays():
-            values[BEGIN] = values[END]
+        part.block.roll(END)
 
 
 def _allocate(

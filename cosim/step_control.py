@@ -14,23 +14,27 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from cosim.channel import Span
 from cosim.error_estimate import ErrorEstimate
 from cosim.errors import LoopError, SlaveError
-from cosim.grid import Grid
-from cosim.growing_record import GrowingRecord
-from cosim.run import REPORTS, Progress
+from cosim.grid import Grid, Points
+from cosim.record import Window
+from cosim.run import window_size
 from cosim.stage import BEGIN, END, MIDDLE, WHOLE, Part, roll
 from cosim.stepper import Stepper, Taken
+from cosim.window_record import WindowRecord
 
 log = logging.getLogger("cosim")
 
 DEEPEST = 10
 """How often a step can be halved: the smallest is a 1024th of the distance between regular points."""
 _FINEST = 1 << DEEPEST
+# A step that is kept is recorded as at most so many: two halves.
+_LEGS = 2
 # The size is doubled when the error should then still be this part of the tolerance.
 _SAFE = 0.5
 
@@ -51,8 +55,8 @@ class Tally:
         Steps of the smallest size that were kept although their error exceeds the tolerance.
     unsolved : int
         Steps that were kept although a loop was not closed.
-    first_unsolved : LoopError, optional
-        About the first of them.
+    first_unsolved : float, optional
+        Time of the first of them, s.
     largest_residual : float
         Of the loops that were not closed, in the units of their variables.
     """
@@ -65,7 +69,7 @@ class Tally:
     error_time: float = 0.0
     missed: int = 0
     unsolved: int = 0
-    first_unsolved: LoopError | None = None
+    first_unsolved: float | None = None
     largest_residual: float = 0.0
 
     def count(self, taken: Taken) -> None:
@@ -76,7 +80,7 @@ class Tally:
         if taken.unsolved is not None:
             if self.first_unsolved is None:
                 log.warning("%s; going on", taken.unsolved)
-                self.first_unsolved = taken.unsolved
+                self.first_unsolved = taken.unsolved.time
             self.unsolved += 1
             self.largest_residual = max(self.largest_residual, taken.unsolved.residual)
 
@@ -96,14 +100,16 @@ class StepControl:
 
     Parameters
     ----------
+    grid : Grid
+        Communication points that are met in any case.
     stepper : Stepper
         The algorithm.
     parts : mapping of str to Part
         All components.
     saved : sequence of Part
         Those whose steps may be taken back.
-    tape : GrowingRecord
-        The record.
+    recording : WindowRecord
+        Where kept steps are recorded.
     error : ErrorEstimate, optional
         Estimates errors; without it, steps are kept if they can be taken.
     halves : bool
@@ -112,28 +118,30 @@ class StepControl:
 
     def __init__(
         self,
+        grid: Grid,
         stepper: Stepper,
         parts: Mapping[str, Part],
         saved: Sequence[Part],
-        tape: GrowingRecord,
+        recording: WindowRecord,
         error: ErrorEstimate | None,
         *,
         halves: bool,
     ) -> None:
         self.tally = Tally()
+        self._grid = grid
         self._stepper = stepper
         self._parts = parts
         self._saved = tuple(saved)
-        self._tape = tape
+        self._recording = recording
         self._error = error
         self._halves = halves
         self._order = 1 if error is None else error.order
         self._tolerance = 0.0 if error is None else error.tolerance
-        self._level = 0
+        self._interval = self._place = self._level = 0
         self._deepest = DEEPEST if error is None else DEEPEST - 1
 
-    def run(self, grid: Grid, progress: Progress | None) -> None:
-        """Take all steps.
+    def windows(self) -> Iterator[Window]:
+        """Take all steps, and give each window when it is complete.
 
         Raises
         ------
@@ -142,24 +150,49 @@ class StepControl:
         SlaveError
             If a component refuses a step.
         """
-        count = grid.sizes.size
-        every = max(1, count // REPORTS)
-        self._tape.append(BEGIN, float(grid.times[0]))
-        for index in range(count):
-            place = 0
-            while place < _FINEST:
-                while place % (_FINEST >> self._level):
-                    self._level += 1
-                place += self._step(grid, index, place)
-            if progress is not None and ((index + 1) % every == 0 or index + 1 == count):
-                progress((index + 1) / count)
+        size = window_size(self._grid.steps)
+        while self._interval < self._grid.steps:
+            first, last = self._interval, min(self._interval + size, self._grid.steps)
+            points = self._grid.points(first, last)
+            self._recording.begin(self.tally.steps, BEGIN, self._now(points))
+            while self._interval < last and self._recording.room >= _LEGS:
+                self._advance(points, self._interval - first)
+            yield self._recording.window()
 
-    def _step(self, grid: Grid, index: int, place: int) -> int:
+    @property
+    def done(self) -> float:
+        """Which part of the run has been taken, from 0 to 1."""
+        return (self._interval + self._place / _FINEST) / self._grid.steps
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return where the run is between two windows, and what has happened, as JSON can hold it."""
+        return {
+            "interval": self._interval, "place": self._place, "level": self._level, "tally": asdict(self.tally),
+        }  # fmt: skip
+
+    def restore(self, notes: Mapping[str, Any]) -> None:
+        """Be where a run was when it gave a snapshot."""
+        self._interval, self._place, self._level = (int(notes[name]) for name in ("interval", "place", "level"))
+        self.tally = Tally(**notes["tally"])
+
+    def _now(self, points: Points) -> float:
+        """Return the time that has been reached within the first interval of points, s."""
+        return _span(points, 0, self._place, 0).time if self._place else float(points.times[0])
+
+    def _advance(self, points: Points, index: int) -> None:
+        """Take a step from where the run is, if it can be taken; it is in an interval between two points."""
+        while self._place % (_FINEST >> self._level):
+            self._level += 1
+        self._place += self._step(points, index, self._place)
+        if self._place == _FINEST:
+            self._interval, self._place = self._interval + 1, 0
+
+    def _step(self, points: Points, index: int, place: int) -> int:
         """Try a step from a place between two regular points; return how far it went, 0 if it was taken back."""
         for part in self._saved:
             part.slave.save(0)
         try:
-            error, legs = self._attempt(grid, index, place)
+            error, legs = self._attempt(points, index, place)
         except (LoopError, SlaveError) as failure:
             if self._level == self._deepest or not self._recovers(failure):
                 raise
@@ -174,16 +207,16 @@ class StepControl:
             self._level -= 1
         return done
 
-    def _attempt(self, grid: Grid, index: int, place: int) -> tuple[float, list[_Leg]]:
+    def _attempt(self, points: Points, index: int, place: int) -> tuple[float, list[_Leg]]:
         """Take a step, or a whole one and two halves; return the error and what is to be kept."""
         length = _FINEST >> self._level
-        whole = _span(grid, index, place, length)
+        whole = _span(points, index, place, length)
         if self._error is None:
             return 0.0, [_Leg(BEGIN, END, whole, self._stepper.step(BEGIN, END, whole, 0))]
         self._stepper.step(BEGIN, WHOLE, whole, 0)
         for part in self._saved:
             part.slave.restore(0)
-        first, second = _span(grid, index, place, length // 2), _span(grid, index, place + length // 2, length // 2)
+        first, second = _span(points, index, place, length // 2), _span(points, index, place + length // 2, length // 2)
         legs = [_Leg(BEGIN, MIDDLE, first, self._stepper.step(BEGIN, MIDDLE, first, 0))]
         for part in self._saved:
             part.slave.save(1)
@@ -207,7 +240,7 @@ class StepControl:
         """Step what could not be taken back, and record."""
         for leg in legs:
             self._stepper.finish(leg.begin, leg.end, leg.span)
-            self._tape.append(
+            self._recording.append(
                 leg.end, leg.span.end, iterations=leg.taken.sweeps, error_estimate=error * self._tolerance
             )
             self.tally.count(leg.taken)
@@ -217,13 +250,13 @@ class StepControl:
         roll(self._parts)
 
 
-def _span(grid: Grid, index: int, place: int, length: int) -> Span:
+def _span(points: Points, index: int, place: int, length: int) -> Span:
     """Return the step from a place between two regular points on, both as parts of the distance."""
-    time, size = float(grid.times[index]), float(grid.sizes[index])
+    time, size = float(points.times[index]), float(points.sizes[index])
     begin, end = (time + size * (number / _FINEST) for number in (place, place + length))
     first, last = begin, end
     if place == 0:
-        first = float(grid.signal_times[index])
+        first = float(points.signal_times[index])
     if place + length == _FINEST:
-        end, last = float(grid.times[index + 1]), float(grid.signal_times[index + 1])
+        end, last = float(points.times[index + 1]), float(points.signal_times[index + 1])
     return Span(begin, size * (length / _FINEST), end, first, last)

@@ -15,7 +15,7 @@ import numpy as np
 from cosim.errors import SlaveError
 from cosim.fmu_calls import Calls, Exchange, SlopeExchange
 from cosim.fmu_slave import FmuSlave
-from cosim.grid import Grid
+from cosim.grid import Points
 from cosim.step_library import step_library
 from cosim.wiring import Link, Node
 
@@ -92,24 +92,20 @@ class StepLoop:
         Of `cosim.step_library`.
     nodes : sequence of Node
         Set up, in stepping order, every slave an `FmuSlave`.
-    grid : Grid
-        Communication points.
     """
 
-    def __init__(self, library: Any, nodes: Sequence[Node], grid: Grid) -> None:
+    def __init__(self, library: Any, nodes: Sequence[Node]) -> None:
         self._slaves = [node.slave for node in nodes if isinstance(node.slave, FmuSlave)]
         self._calls: list[Calls] = [slave.calls() for slave in self._slaves]
         self._keep: list[object] = []
         laid_out = [self._lay_out(node, calls) for node, calls in zip(nodes, self._calls, strict=True)]
         self._nodes = (_Node * len(nodes))(*laid_out)
-        self._times = np.ascontiguousarray(grid.times, dtype=np.float64)
-        self._sizes = np.ascontiguousarray(grid.sizes, dtype=np.float64)
         self._step_rows = library.step_rows
         self._step_rows.restype = c_int
         self._step_rows.argtypes = (c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_size_t, c_void_p)
 
-    def __call__(self, first: int, last: int) -> None:
-        """Take the steps that end in the rows `first` to `last`.
+    def __call__(self, points: Points) -> None:
+        """Take the steps between communication points, which end in the rows from 1 on.
 
         Raises
         ------
@@ -117,11 +113,12 @@ class StepLoop:
             If a component refuses a value or a step.
         """
         failure = _Failure()
-        times, sizes = self._times.ctypes.data, self._sizes.ctypes.data
-        if self._step_rows(self._nodes, len(self._nodes), times, sizes, first, last, byref(failure)):
-            raise self._error(failure)
+        times, sizes, last = np.ascontiguousarray(points.times), np.ascontiguousarray(points.sizes), points.sizes.size
+        addresses = times.ctypes.data, sizes.ctypes.data
+        if self._step_rows(self._nodes, len(self._nodes), *addresses, 1, last, byref(failure)):
+            raise self._error(failure, points)
         for slave in self._slaves:
-            slave.arrive(float(self._times[last - 1] + self._sizes[last - 1]))
+            slave.arrive(float(times[last - 1] + sizes[last - 1]))
 
     def _lay_out(self, node: Node, calls: Calls) -> _Node:
         """Write a component as the struct of C."""
@@ -141,7 +138,7 @@ class StepLoop:
         self._keep.append(array)
         return array, len(items)
 
-    def _error(self, failure: _Failure) -> SlaveError:
+    def _error(self, failure: _Failure, points: Points) -> SlaveError:
         """Return what the slave itself would have raised."""
         node, row, phase = int(failure.node), int(failure.row), int(failure.phase)
         calls = self._calls[node]
@@ -152,20 +149,20 @@ class StepLoop:
             _INPUT_SLOPES: ["fmi2SetRealInputDerivatives"],
             _OUTPUT_SLOPES: ["fmi2GetRealOutputDerivatives"],
         }[phase]
-        time = float(self._times[row - 1])
+        time = float(points.times[row - 1])
         if phase > _DO_STEP:
-            time += float(self._sizes[row - 1])
+            time += float(points.sizes[row - 1])
         slave = self._slaves[node]
         slave.arrive(time)
         return slave.failure(names[int(failure.index) if len(names) > 1 else 0], int(failure.status))
 
 
-def compiled_steps(nodes: Sequence[Node], grid: Grid) -> StepLoop | None:
+def compiled_steps(nodes: Sequence[Node]) -> StepLoop | None:
     """Return the compiled loop of a run, or None if a component is no FMU of this process or there is no library."""
     if not all(isinstance(node.slave, FmuSlave) for node in nodes):
         return None
     library = step_library()
-    return None if library is None else StepLoop(library, nodes, grid)
+    return None if library is None else StepLoop(library, nodes)
 
 
 def _address(function: Any) -> c_void_p:

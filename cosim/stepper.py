@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
 
 from cosim.channel import Span
 from cosim.errors import LoopError
@@ -56,4 +59,12 @@ class Stepper(Protocol):
 
     def finish(self, begin: int, end: int, span: Span) -> None:
         """Step the components that could not be taken back, once the step is kept; nothing depends on them."""
+        ...
+
+    def learned(self) -> dict[str, NDArray[Any]]:
+        """Return by name what was learned from steps for those that follow."""
+        ...
+
+    def learn(self, learned: Mapping[str, NDArray[Any]]) -> None:
+        """Know what another of its kind has learned; names of other things may be among them."""
         ...

@@ -118,6 +118,15 @@ class CoupledLoop:
         self._slopes = np.where(jumped, 0.0, (last - first) / span.size)
         return sweeps
 
+    @property
+    def learned(self) -> FloatArray:
+        """What steps have taught, shape (1 + 2 k, n): how the torn values move, and the differences of k trials."""
+        return np.concatenate([self._slopes[np.newaxis], self._solver.learned])
+
+    @learned.setter
+    def learned(self, rows: FloatArray) -> None:
+        self._slopes, self._solver.learned = rows[0], rows[1:]
+
     def step_once(self, begin: int, end: int, span: Span) -> None:
         """Step all components once, what is torn held at its value at the beginning, as Gauss-Seidel does."""
         first = self._outputs(begin)

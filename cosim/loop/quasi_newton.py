@@ -33,6 +33,15 @@ class QuasiNewton:
         self._differences: list[tuple[FloatArray, FloatArray]] = []
         self._last: tuple[FloatArray, FloatArray] | None = None
 
+    @property
+    def learned(self) -> FloatArray:
+        """Differences between answers of earlier steps, shape (2 k, n): of a residual, of the answer, and so on."""
+        return np.array([row for pair in self._differences for row in pair]).reshape(-1, self._unknowns)
+
+    @learned.setter
+    def learned(self, rows: FloatArray) -> None:
+        self._differences = list(zip(rows[::2], rows[1::2], strict=True))
+
     def begin(self) -> None:
         """Begin a new step: the next answer has nothing to do with the last."""
         self._last = None

@@ -52,6 +52,15 @@ class LoopSolver:
             trial = bracket.find_root(trials) if self._low.size == 1 else newton.find_root(trials)
         return trial.values, len(trials.made)
 
+    @property
+    def learned(self) -> FloatArray:
+        """What `QuasiNewton` has learned, shape (2 k, n)."""
+        return self._quasi_newton.learned
+
+    @learned.setter
+    def learned(self, rows: FloatArray) -> None:
+        self._quasi_newton.learned = rows
+
     def _fast(self, trials: Trials, start: FloatArray) -> Trial | None:
         """Try the quasi-Newton method for as long as it may take; nothing if that was not enough."""
         self._quasi_newton.begin()

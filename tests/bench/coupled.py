@@ -82,12 +82,12 @@ class Master:
         described = {name: read_description(path) for name, path in files.items()}
         slaves = {n: self._stack.enter_context(open_fmu(n, path, described[n])) for n, path in files.items()}
         start_values = check_system(SYSTEM, described)
-        grid = communication_points(0.0, STEPS * STEP, STEP, [], True)
-        nodes = wire(SYSTEM, slaves, start_values, grid, EXPLICIT["jacobi"], list(files))
+        self._points = communication_points(0.0, STEPS * STEP, STEP, [], True).points()
+        nodes = wire(SYSTEM, slaves, start_values, STEPS + 1, 0.0, EXPLICIT["jacobi"], list(files))
         for node in nodes:
             node.slave.setup(node.block, start_values[node.name], 0.0, STEPS * STEP)
         initialise(nodes)
-        steps = compiled_steps(nodes, grid) if self._compiled else readable_steps(nodes, grid)
+        steps = compiled_steps(nodes) if self._compiled else readable_steps(nodes)
         assert steps is not None
         self._steps = steps
         return self
@@ -97,7 +97,7 @@ class Master:
 
     def run(self) -> None:
         """Take all steps."""
-        self._steps(1, STEPS)
+        self._steps(self._points)
 
 
 class Libcosim:

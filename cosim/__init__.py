@@ -13,6 +13,8 @@ from cosim.scenario import Scenario, Variant
 from cosim.scenario_file import load_scenario, scenario_names
 from cosim.signals import Constant, Signal, Step, Table, ramp, read_table
 from cosim.simulation import simulate
+from cosim.streaming.reading import open_trajectory
+from cosim.streaming.stream import stream
 from cosim.system import Component, Connection, PowerBond, System
 
 __all__ = [
@@ -35,8 +37,10 @@ __all__ = [
     "Variant",
     "co_simulate",
     "load_scenario",
+    "open_trajectory",
     "ramp",
     "read_table",
     "scenario_names",
     "simulate",
+    "stream",
 ]

@@ -2,39 +2,31 @@
 
 from __future__ import annotations
 
-import logging
 import tomllib
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 from cosim.check import TIME_LIMIT, check_fmu
 from cosim.check.junit import write_junit
 from cosim.check.table import print_report
-from cosim.console_log import SentenceHandler, plain
+from cosim.choices import Choices
 from cosim.container import export_container
-from cosim.errors import CosimError, InputError
-from cosim.interrupt import interruptible
+from cosim.errors import InputError
 from cosim.isolated_process import Limits
-from cosim.job import Job, Outcome, run_job
-from cosim.scenario import Scenario
+from cosim.job import Job, run_job
 from cosim.scenario_file import load_scenario, scenario_names
+from cosim.scenario_source import opened_scenario
 from cosim.signals import Value
-from cosim.ssp.reading import open_ssp
 from cosim.ssp.writing import export_ssp
-from cosim.statement import statement
-from cosim.store import FIGURE, MANIFEST, TRAJECTORY
-
-_WIDTH_OF_FILES = 120
-_INTERRUPTED = 130
+from cosim.streaming.stream import INTERVAL
+from cosim.streaming.stream_job import Streaming, resume_job, stream_job
+from cosim.terminal import new_console, print_outcomes, progress_bar, sentences
 
 app = typer.Typer(
     help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
@@ -48,11 +40,11 @@ app = typer.Typer(
 def list_scenarios() -> None:
     """List the scenarios that come with the package."""
     table = Table("scenario", "what it shows", "variants", box=None, pad_edge=False, header_style="bold")
-    with _sentences():
+    with sentences():
         for name in scenario_names():
             scenario = load_scenario(name)
             table.add_row(name, scenario.title, ", ".join(variant.name for variant in scenario.variants))
-        _console().print(table)
+        new_console().print(table)
 
 
 @app.command()
@@ -84,30 +76,58 @@ def run(
     ] = Limits.time,
     memory_limit: Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")] = Limits.memory
     / 1e6,
+    stream: Annotated[
+        bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
+    ] = False,
+    every: Annotated[
+        list[str] | None,
+        typer.Option(help="With --stream: store every Nth row; name=N or pattern=N for some columns; repeatable."),
+    ] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="With --stream: write CSV instead of Zarr.")] = False,
+    checkpoint: Annotated[
+        float | None, typer.Option(min=0.0, help="With --stream: seconds between checkpoints, by default 30.")
+    ] = None,
 ) -> None:
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
-    with _sentences(), _opened(scenario, stop_time, step_size) as loaded:
-        overrides = dict(_override(text) for text in set_ or ())
-        job = Job(
-            loaded,
+    with sentences(), opened_scenario(scenario, stop_time, step_size) as loaded:
+        choices = Choices(
             packaging=packaging,
             algorithm=algorithm,
             step_size=step_size,
             stop_time=stop_time,
-            overrides=overrides,
-            variants=tuple(dict.fromkeys(variant or ())),
+            overrides=dict(_override(text) for text in set_ or ()),
             tolerance=tolerance,
             on_failure=on_failure,
             isolate=isolate,
             limits=Limits(time_limit, 1e6 * memory_limit),
         )
+        streaming = _streaming(stream, every, csv, checkpoint)
+        job = Job(loaded, choices, tuple(dict.fromkeys(variant or ())))
         folder = output or Path("runs", loaded.name)
-        outcomes = _run_with_bar(job, folder)
-        console = _console()
-        console.print(Text(loaded.title or loaded.name, style="bold"))
-        console.print(_summary(outcomes))
-        _print_remarks(console, outcomes)
-        _print_paths(console, folder, job.labels)
+        with progress_bar() as bar:
+            bar.show(job)
+            if streaming is None:
+                outcomes = run_job(job, folder, bar.progress)
+            else:
+                outcomes = stream_job(job, scenario, streaming, folder, bar.progress)
+        print_outcomes(loaded, outcomes, folder)
+
+
+@app.command()
+def resume(
+    folder: Annotated[Path, typer.Argument(help="Of an unfinished run with --stream.", metavar="FOLDER")],
+) -> None:
+    """Go on with a streamed run that was interrupted, from its last checkpoint."""
+    with sentences():
+        jobs: list[Job] = []
+        with progress_bar() as bar:
+
+            def started(job: Job) -> None:
+                jobs.append(job)
+                bar.show(job)
+
+            outcomes = resume_job(folder, started, bar.progress)
+        print_outcomes(jobs[0].scenario, outcomes, folder)
 
 
 @app.command()
@@ -126,7 +146,7 @@ def export(
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
 ) -> None:
     """Write a scenario, with its FMUs, as one file that other tools read: SSP 1.0, or an FMU of FMUs."""
-    with _sentences(), _opened(scenario) as loaded:
+    with sentences(), opened_scenario(scenario) as loaded:
         wanted = [(file, ".ssp", export_ssp), (container, ".fmu", export_container)]
         targets = [(path, suffix, write) for path, suffix, write in wanted if path is not None]
         for path, suffix, _ in targets:
@@ -137,7 +157,7 @@ def export(
         overrides = dict(_override(text) for text in set_ or ())
         for path, _, write in targets:
             write(loaded, path, packaging=packaging, variant=variant, overrides=overrides)
-            _console().print(Text(f"wrote {path}"), soft_wrap=True)
+            new_console().print(Text(f"wrote {path}"), soft_wrap=True)
 
 
 @app.command()
@@ -150,13 +170,13 @@ def check(
     time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds each check may take.")] = TIME_LIMIT,
 ) -> None:
     """Check an FMU: file, description, claims, and reference results; exit with 0 if nothing fails, else with 1."""
-    with _sentences():
+    with sentences():
         errors = Console(stderr=True)
         with errors.status("checking") as status:
             report = check_fmu(
                 fmu, reference, time_limit=time_limit, tell=lambda name: status.update(f"checking {escape(name)}")
             )
-        console = _console()
+        console = new_console()
         print_report(console, report)
         if junit is not None:
             write_junit(report, junit)
@@ -169,59 +189,24 @@ def main() -> None:
     app()
 
 
-def _console() -> Console:
-    """Return a console on the present standard output; a file is wide enough for every table."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=_WIDTH_OF_FILES)
+def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:
+    """Read how to stream, if at all."""
+    asked = {"--every": every, "--csv": csv, "--checkpoint": checkpoint is not None}
+    if not stream:
+        for name, given in asked.items():
+            if given:
+                raise InputError(f"{name} is for streamed runs; expected --stream as well")
+        return None
+    interval = INTERVAL if checkpoint is None else checkpoint
+    return Streaming(dict(_distance(text) for text in every or ()), csv, interval)
 
 
-@contextmanager
-def _sentences() -> Generator[None]:
-    """Show what goes wrong as one sentence on standard error, and exit accordingly."""
-    errors = Console(stderr=True, highlight=False, soft_wrap=True)
-    handler = SentenceHandler(errors)
-    logger = logging.getLogger("cosim")
-    logger.addHandler(handler)
-    try:
-        yield
-        handler.show_failures()
-    except CosimError as error:
-        errors.print(Text.assemble(("error: ", "bold red"), plain(str(error))))
-        raise typer.Exit(error.exit_code) from None
-    except KeyboardInterrupt:
-        errors.print("interrupted; nothing was written")
-        raise typer.Exit(_INTERRUPTED) from None
-    finally:
-        logger.removeHandler(handler)
-
-
-@contextmanager
-def _opened(scenario: str, stop_time: float | None = None, step_size: float | None = None) -> Generator[Scenario]:
-    """Load a scenario by name or from a file of either kind; the times matter where an .ssp file gives none."""
-    if Path(scenario).suffix != ".ssp":
-        yield load_scenario(scenario)
-        return
-    with open_ssp(scenario, stop_time=stop_time, step_size=step_size) as loaded:
-        yield loaded
-
-
-def _run_with_bar(job: Job, folder: Path) -> dict[str, Outcome]:
-    """Run with a progress bar for each variant, if anybody watches."""
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
-    with (
-        interruptible() as check,
-        Progress(
-            *columns, TimeRemainingColumn(), console=console, transient=True, disable=not console.is_terminal
-        ) as bar,
-    ):
-        tasks = {label: bar.add_task(label, total=1.0) for label in job.labels}
-
-        def progress(label: str, part: float) -> None:
-            check()
-            bar.update(tasks[label], completed=part)
-
-        return run_job(job, folder, progress)
+def _distance(text: str) -> tuple[str, int]:
+    """Read ``N``, for all columns, or ``pattern=N``."""
+    pattern, _, number = text.rpartition("=")
+    if not number.strip().isdigit():
+        raise InputError(f"--every {text}: expected a number of rows, or the form pattern=number")
+    return pattern.strip() or "*", int(number)
 
 
 def _override(text: str) -> tuple[str, Value]:
@@ -234,39 +219,3 @@ def _override(text: str) -> tuple[str, Value]:
     except tomllib.TOMLDecodeError:
         parsed = value.strip()
     return name.strip(), parsed if isinstance(parsed, bool | int | float) else value.strip().strip("\"'")
-
-
-def _summary(outcomes: dict[str, Outcome]) -> Table:
-    """Tabulate the measures."""
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2))
-    table.add_column("run", no_wrap=True)
-    for heading in ("period [s]", "peak [rad/s]", "stuck fraction", "mean speed [rad/s]", "SSI"):
-        table.add_column(Text(heading), justify="right", no_wrap=True)
-    for label, outcome in outcomes.items():
-        found = outcome.measures
-        if found is None:
-            table.add_row(label, *("-" * 5))
-            continue
-        period = "-" if found.period is None else f"{found.period:.7f}"
-        numbers = (f"{found.peak:.4f}", f"{found.stuck_fraction:.6f}", f"{found.mean_speed:.6f}", f"{found.ssi:.4f}")
-        table.add_row(label, period, *numbers)
-    return table
-
-
-def _print_remarks(console: Console, outcomes: dict[str, Outcome]) -> None:
-    """Say over which window each was measured, how long the runs took, and how the coupling was computed."""
-    for label, outcome in outcomes.items():
-        record = outcome.result.record
-        window = f"measured over {outcome.measures.window}" if outcome.measures else "nothing to measure"
-        steps, seconds = record["steps"], record["timings"]["step"]
-        size = f"{'at most ' if 'tolerance' in record else ''}{record['step_size']:g} s"
-        took = f"{steps} steps of {size} ({record['algorithm']}) in {seconds:.3g} s"
-        for sentence in (f"{window}; {took}", *statement(record)):
-            console.print(Text(f"{label}: {sentence}", style="dim"), soft_wrap=True)
-
-
-def _print_paths(console: Console, folder: Path, labels: Sequence[str]) -> None:
-    """Say what was written where."""
-    trajectories = [folder / TRAJECTORY] if len(labels) == 1 else [folder / label / TRAJECTORY for label in labels]
-    for path in (*trajectories, folder / MANIFEST, folder / FIGURE):
-        console.print(Text(f"wrote {path}"), soft_wrap=True)

@@ -18,7 +18,8 @@ LOSSES = ("top_loss", "bit_loss", "string_loss")
 """Outputs that tell where energy is lost; a plant has those that apply to it."""
 FOLDED = "folded_energy"
 """What a plant took from its waves to simplify them: an error of the method, and counted as such."""
-_NEEDED = ("energy", "work_in", "drive_work", "top_loss", "bit_loss")
+NEEDED = ("energy", "work_in", "drive_work", "top_loss", "bit_loss")
+"""Outputs of a plant from which its energy is balanced."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def energy_balance(result: Result, component: str = "plant") -> EnergyBalance | 
     EnergyBalance or None
         None if the component lacks the outputs this is taken from.
     """
-    if any(f"{component}.{name}" not in result for name in _NEEDED):
+    if any(f"{component}.{name}" not in result for name in NEEDED):
         return None
 
     def since_start(name: str) -> FloatArray:

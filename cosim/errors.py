@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from pathlib import Path
 
 
 class CosimError(Exception):
@@ -40,6 +41,10 @@ class FmuFileError(InputError):
 
 class OutputError(InputError):
     """A folder that results cannot be written to."""
+
+
+class CheckpointError(InputError):
+    """A run that cannot be resumed: its checkpoint is missing or damaged, or what it was made from has changed."""
 
 
 class RunError(CosimError):
@@ -111,6 +116,26 @@ class LoopError(RunError):
         self.residual = residual
         self.trials = trials
         super().__init__(message)
+
+
+class RunInterruptedError(KeyboardInterrupt):
+    """A streamed run that was interrupted.
+
+    Attributes
+    ----------
+    folder : Path
+        Where its rows are: all of them, or those up to the last checkpoint at least if it had to end at once.
+    time : float or None
+        Which communication point was reached, s; None if it had to end at once.
+    can_resume : bool
+        Whether it can be resumed.
+    """
+
+    def __init__(self, folder: Path, time: float | None, *, can_resume: bool) -> None:
+        self.folder, self.time, self.can_resume = folder, time, can_resume
+        at = "at once" if time is None else f"at t = {format_time(time)} s"
+        what = "what was stored by the last checkpoint" if time is None else "everything until then"
+        super().__init__(f"interrupted {at}; {what} is in {folder}")
 
 
 def format_time(time: float) -> str:

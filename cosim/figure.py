@@ -50,7 +50,7 @@ def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequenc
 def _compose(title: str, results: Mapping[str, Result], signals: Sequence[str]) -> Any:
     """Lay out the panels."""
     first = next(iter(results.values()))
-    shown = list(signals) or default_signals(first)
+    shown = list(signals) or default_signals({name: first[name].dtype for name in first.names})
     rows, columns = max(1, len(shown)), len(results)
     figure: Any = Figure(figsize=(max(7.2, 3.6 * columns), 0.9 + 2.3 * rows), dpi=150, layout="constrained")
     FigureCanvasAgg(figure)
@@ -70,13 +70,13 @@ def _compose(title: str, results: Mapping[str, Result], signals: Sequence[str]) 
     return figure
 
 
-def default_signals(result: Result) -> list[str]:
-    """Choose what to show: bit speed and torque on bit, or else the first numbers recorded."""
-    for name in result.names:
+def default_signals(types: Mapping[str, np.dtype[Any]]) -> list[str]:
+    """Choose by names and types what to show: bit speed and torque on bit, or else the first numbers recorded."""
+    for name in types:
         component, _, variable = name.partition(".")
-        if variable == "bit_speed" and f"{component}.bit_torque" in result:
+        if variable == "bit_speed" and f"{component}.bit_torque" in types:
             return [name, f"{component}.bit_torque"]
-    return [name for name in result.names if result[name].dtype == np.float64][:_MOST_PANELS]
+    return [name for name, dtype in types.items() if dtype == np.float64][:_MOST_PANELS]
 
 
 def _draw_panel(panel: Any, result: Result, name: str, colour: str) -> None:

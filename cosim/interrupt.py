@@ -13,8 +13,13 @@ from types import FrameType
 
 
 @contextmanager
-def interruptible() -> Generator[Callable[[], None]]:
+def interruptible(*, to_the_end: bool = True) -> Generator[Callable[[], None]]:
     """Note SIGINT and SIGTERM while the block runs; a second one acts at once.
+
+    Parameters
+    ----------
+    to_the_end : bool
+        Raise KeyboardInterrupt at the end of the block as well, for a signal since the last look.
 
     Yields
     ------
@@ -36,7 +41,8 @@ def interruptible() -> Generator[Callable[[], None]]:
     before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield check
-        check()
+        if to_the_end:
+            check()
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

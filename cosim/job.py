@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
-from cosim.energy import energy_balance
+from cosim.assembly import versions
+from cosim.choices import Choices
+from cosim.energy import EnergyBalance, energy_balance
 from cosim.figure import draw
-from cosim.isolated_process import Limits
 from cosim.metrics import Measures, measure
 from cosim.result import Result
 from cosim.scenario import Scenario
-from cosim.signals import Value
-from cosim.simulation import simulate, versions
+from cosim.simulation import run
 from cosim.store import FIGURE, run_folder, write_manifest, write_variant
 
 Found = TypeVar("Found")
@@ -25,19 +25,11 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Job:
-    """What to run and how; None leaves the scenario's own choice."""
+    """What to run and how; the variants, by default all, are chosen here."""
 
     scenario: Scenario
-    packaging: str = "native"
-    algorithm: str | None = None
-    step_size: float | None = None
-    stop_time: float | None = None
-    overrides: Mapping[str, Value] | None = None
+    choices: Choices = field(default_factory=Choices)
     variants: Sequence[str] = ()
-    tolerance: float | None = None
-    on_failure: str | None = None
-    isolate: bool = False
-    limits: Limits | None = None
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -48,10 +40,11 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One variant's result and measures."""
+    """What is to be told of one variant's run, its measures, and where its energy went."""
 
-    result: Result
+    record: Mapping[str, Any]
     measures: Measures | None
+    energy: EnergyBalance | None = None
 
 
 def run_job(job: Job, output: Path, progress: Progress) -> dict[str, Outcome]:
@@ -82,16 +75,16 @@ def run_job(job: Job, output: Path, progress: Progress) -> dict[str, Outcome]:
     for name in job.variants:
         scenario.variant(name)
     outcomes: dict[str, Outcome] = {}
+    results: dict[str, Result] = {}
     entries: list[dict[str, Any]] = []
     with run_folder(output) as folder:
         for label in job.labels:
-            result = _simulate(job, label, progress)
-            outcomes[label] = Outcome(result, _of_plant(result, measure))
+            results[label] = result = _simulate(job, label, progress)
+            outcomes[label] = outcome = assess(result)
             subfolder = label if len(job.labels) > 1 else ""
-            energy = _of_plant(result, energy_balance)
-            entries.append(write_variant(folder, subfolder, result, outcomes[label].measures, energy))
+            entries.append(write_variant(folder, subfolder, result, outcome.measures, outcome.energy))
         title = scenario.title or scenario.name
-        draw(folder / FIGURE, title, {label: outcomes[label].result for label in outcomes}, scenario.signals)
+        draw(folder / FIGURE, title, results, scenario.signals)
         created = datetime.now(UTC).isoformat(timespec="seconds")
         head = {"scenario": scenario.name, "title": scenario.title, "created": created, "versions": versions()}
         write_manifest(folder, {**head, "figure": FIGURE, "variants": entries})
@@ -100,20 +93,21 @@ def run_job(job: Job, output: Path, progress: Progress) -> dict[str, Outcome]:
 
 def _simulate(job: Job, label: str, progress: Progress) -> Result:
     """Run one variant."""
-    return simulate(
-        job.scenario,
-        packaging=job.packaging,
-        algorithm=job.algorithm,
-        tolerance=job.tolerance,
-        on_failure=job.on_failure,
-        step_size=job.step_size,
-        stop_time=job.stop_time,
-        overrides=job.overrides,
-        variant=label if job.scenario.variants else None,
-        isolate=job.isolate,
-        limits=job.limits,
-        progress=lambda part: progress(label, part),
-    )
+    choices = replace(job.choices, variant=label if job.scenario.variants else None)
+    return run(job.scenario, choices, lambda part: progress(label, part))
+
+
+def assess(result: Result) -> Outcome:
+    """Measure the first component that has a bit, and balance the energy of the first that tells it."""
+    return Outcome(result.record, _of_plant(result, measure), _of_plant(result, energy_balance))
+
+
+def measures_from_json(content: Mapping[str, Any] | None) -> Measures | None:
+    """Read measures back from a manifest."""
+    if content is None:
+        return None
+    values: dict[str, Any] = {**content, "ssi": float(content["ssi"])}
+    return Measures(**values)
 
 
 def _of_plant(result: Result, look: Callable[[Result, str], Found | None]) -> Found | None:

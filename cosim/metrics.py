@@ -19,10 +19,11 @@ from cosim.window import Window, choose_window
 
 # A mean speed below this, rad/s, is none.
 _NO_SPEED = 1e-9
-_NEEDED = (
+NEEDED = (
     "bit_speed", "bit_angle", "bit_speed_min", "bit_speed_max", "stuck_time", "last_stop_time", "last_release_time",
     "slip_count", "bit_stuck",
 )  # fmt: skip
+"""Outputs of a plant from which it is measured."""
 
 
 @dataclass(frozen=True)
@@ -81,9 +82,9 @@ def measure(result: Result, component: str = "plant") -> Measures | None:
     Measures or None
         None if the component lacks the outputs this is taken from.
     """
-    if any(f"{component}.{name}" not in result for name in _NEEDED):
+    if any(f"{component}.{name}" not in result for name in NEEDED):
         return None
-    bit = {name: np.asarray(result[f"{component}.{name}"], dtype=np.float64) for name in _NEEDED}
+    bit = {name: np.asarray(result[f"{component}.{name}"], dtype=np.float64) for name in NEEDED}
     events = (bit[name] for name in ("last_stop_time", "last_release_time", "slip_count", "bit_stuck"))
     stops = find_stops(result.time, *events)
     window = choose_window(result.time, stops)

@@ -7,7 +7,6 @@ holds an earlier run, which its manifest shows, or nothing, is replaced.
 from __future__ import annotations
 
 import json
-import math
 import os
 import shutil
 import tempfile
@@ -20,12 +19,15 @@ from typing import Any, cast
 from cosim.energy import EnergyBalance
 from cosim.errors import OutputError
 from cosim.metrics import Measures
+from cosim.plain import plain
 from cosim.result import Result
 
 MANIFEST = "manifest.json"
 TRAJECTORY = "trajectory.csv"
 FIGURE = "figure.png"
 FORMAT = "cosim-run-1"
+UNFINISHED = "unfinished"
+"""State of a run that can be resumed, in its manifest."""
 
 
 @contextmanager
@@ -69,8 +71,28 @@ def run_folder(path: Path) -> Generator[Path]:
 
 def write_manifest(folder: Path, content: Mapping[str, Any]) -> None:
     """Write what makes a folder a run; infinite numbers as ``"inf"``, since JSON has none."""
-    text = json.dumps({"format": FORMAT, **_plain(content)}, indent=2, allow_nan=False)
+    text = json.dumps({"format": FORMAT, **plain(content)}, indent=2, allow_nan=False)
     (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")
+
+
+def read_manifest(folder: Path) -> dict[str, Any] | None:
+    """Return what was written by `write_manifest`; None if the folder is no run.
+
+    Raises
+    ------
+    OutputError
+        If there is a manifest that cannot be read.
+    """
+    try:
+        content: object = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise OutputError(f"output folder {folder} cannot be read: {error}") from error
+    if not isinstance(content, dict):
+        return None
+    manifest = cast(dict[str, Any], content)
+    return manifest if manifest.get("format") == FORMAT else None
 
 
 def write_variant(
@@ -93,14 +115,34 @@ def write_variant(
     """
     (folder / subfolder).mkdir(exist_ok=True)
     result.to_csv(folder / subfolder / TRAJECTORY)
-    trajectory = f"{subfolder}/{TRAJECTORY}" if subfolder else TRAJECTORY
-    return {
+    return variant_entry(result, measures, energy, f"{subfolder}/{TRAJECTORY}" if subfolder else TRAJECTORY)
+
+
+def variant_entry(
+    result: Result, measures: Measures | None, energy: EnergyBalance | None, trajectory: str
+) -> dict[str, Any]:
+    """Return the entry of a variant for the manifest, as JSON can hold it, with where its trajectory is."""
+    entry = {
         **{key: value for key, value in result.record.items() if key not in ("scenario", "versions")},
         "trajectory": trajectory,
         "units": dict(result.units),
         "measures": asdict(measures) if measures else None,
-        "energy": energy.summary() if energy else None,
+        "energy": {"since": float(result.time[0]), **energy.summary()} if energy else None,
     }
+    return plain(entry)
+
+
+def refuse_occupied(path: Path) -> None:
+    """Refuse a folder for a new run that is there as it goes on, if it holds anything.
+
+    Raises
+    ------
+    OutputError
+        If it does, or is a file.
+    """
+    _refuse_foreign(path)
+    if path.exists() and any(path.iterdir()):
+        raise OutputError(f"output folder {path} holds a run already; expected a new folder for a streamed one")
 
 
 def _refuse_foreign(path: Path) -> None:
@@ -110,15 +152,17 @@ def _refuse_foreign(path: Path) -> None:
     if not path.is_dir():
         raise OutputError(f"output folder {path} is a file; expected a folder or nothing")
     try:
-        names = {entry.name for entry in path.iterdir()}
-        text = (path / MANIFEST).read_text(encoding="utf-8") if MANIFEST in names else "{}"
-        content: object = json.loads(text)
-    except (OSError, ValueError) as error:
+        empty = not any(path.iterdir())
+    except OSError as error:
         raise OutputError(f"output folder {path} cannot be read: {error}") from error
-    is_run = isinstance(content, dict) and cast(dict[str, Any], content).get("format") == FORMAT
-    if names and not is_run:
+    manifest = read_manifest(path)
+    if not empty and manifest is None:
         raise OutputError(
             f"output folder {path} holds something that is not a run of this program; expected a new folder"
+        )
+    if manifest is not None and manifest.get("state") == UNFINISHED:
+        raise OutputError(
+            f"output folder {path} holds an unfinished run; go on with it by 'cosim resume {path}', or remove it"
         )
     if not os.access(path, os.W_OK):
         raise OutputError(f"output folder {path} cannot be written: Permission denied")
@@ -160,14 +204,3 @@ def _put_in_place(draft: Path, path: Path) -> None:
             raise
     finally:
         shutil.rmtree(old, ignore_errors=True)
-
-
-def _plain(value: Any) -> Any:
-    """Turn a value into what JSON knows."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in cast(Mapping[Any, Any], value).items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in cast(list[Any], value)]
-    if isinstance(value, float) and not math.isfinite(value):
-        return repr(value)
-    return value

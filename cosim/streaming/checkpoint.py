@@ -1,0 +1,94 @@
+"""Checkpoints: all that a run needs to go on, in one file that is whole or not there.
+
+The file is an .npz archive of NumPy: arrays by name, and JSON text among them. It is written beside its place and takes
+it when it is complete, so a program that is killed on the way leaves the checkpoint before.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import zipfile
+import zlib
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.errors import CheckpointError, OutputError
+
+FORMAT = "cosim-checkpoint-1"
+_HEAD = "head"
+# What zipfile and NumPy raise on damaged archives.
+_DAMAGE = (
+    OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, OverflowError, RuntimeError, struct.error,
+    zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """What is kept.
+
+    Attributes
+    ----------
+    notes : mapping
+        What JSON can hold.
+    arrays : mapping of str to ndarray
+        By name; states of FMUs are of uint8.
+    """
+
+    notes: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
+
+
+def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
+    """Write a checkpoint in place of an earlier one.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; the earlier one is left alone.
+    """
+    head = {"format": FORMAT, "arrays": sorted(checkpoint.arrays), "notes": checkpoint.notes}
+    content = np.frombuffer(json.dumps(head).encode(), np.uint8)
+    draft = path.with_name(f".{path.name}.new")
+    try:
+        with draft.open("wb") as file:
+            np.savez(file, allow_pickle=False, **{_HEAD: content}, **checkpoint.arrays)
+            file.flush()
+            os.fsync(file.fileno())
+        draft.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            draft.unlink()
+        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """Read a checkpoint.
+
+    Raises
+    ------
+    CheckpointError
+        If it is not there, is none, is damaged, or is of another version.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        head = json.loads(arrays.pop(_HEAD).tobytes())
+        found, names, notes = head["format"], head["arrays"], head["notes"]
+    except FileNotFoundError:
+        raise CheckpointError(f"{path}: there is no such file") from None
+    except _DAMAGE as error:
+        raise CheckpointError(f"{path} is no checkpoint, or is damaged: {error}") from error
+    if found != FORMAT:
+        raise CheckpointError(f"{path} is a checkpoint of format {found}; expected {FORMAT}")
+    if sorted(arrays) != names:
+        raise CheckpointError(f"{path} is damaged: it holds {', '.join(sorted(arrays))}; expected {', '.join(names)}")
+    return Checkpoint(notes, arrays)

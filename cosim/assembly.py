@@ -16,11 +16,11 @@ import fmpy  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 
 from cosim.choices import Choices
-from cosim.description import Description, Variable, read_description
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.fmu_slave import open_fmu
-from cosim.isolated_slave import open_isolated_fmu
-from cosim.locate import locate_fmu
+from cosim.fmu.description import Description, Variable, read_description
+from cosim.fmu.locate import locate_fmu
+from cosim.fmu.slave import open_fmu
+from cosim.isolation.slave import open_isolated_fmu
 from cosim.master import Master
 from cosim.scenario import Scenario
 from cosim.signals import Signal, Value

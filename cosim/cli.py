@@ -18,7 +18,7 @@ from cosim.check.table import print_report
 from cosim.choices import Choices
 from cosim.container import export_container
 from cosim.errors import InputError
-from cosim.isolated_process import Limits
+from cosim.isolation.process import Limits
 from cosim.job import Job, run_job
 from cosim.scenario_file import load_scenario, scenario_names
 from cosim.scenario_source import opened_scenario

@@ -17,16 +17,16 @@ import numpy as np
 from cosim.compatibility import check_system
 from cosim.dependency import feedthrough_loops
 from cosim.errors import format_time
-from cosim.forward_run import ForwardRun
 from cosim.grid import Grid, communication_points
 from cosim.method import Method
 from cosim.observation import Observation
 from cosim.result import Result
-from cosim.rollback_run import RollbackRun
 from cosim.row_memory import RowMemory
 from cosim.rows import Rows
-from cosim.run import Progress, Run, Snapshot
 from cosim.slave import Slave
+from cosim.stepping.forward_run import ForwardRun
+from cosim.stepping.rollback_run import RollbackRun
+from cosim.stepping.run import Progress, Run, Snapshot
 from cosim.system import System
 
 log = logging.getLogger("cosim")

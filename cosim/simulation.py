@@ -6,12 +6,12 @@ from collections.abc import Collection, Mapping
 
 from cosim.assembly import assembled
 from cosim.choices import Choices
-from cosim.isolated_process import Limits
+from cosim.isolation.process import Limits
 from cosim.master import collect_rows
 from cosim.result import Result
-from cosim.run import Progress
 from cosim.scenario import Scenario
 from cosim.signals import Value
+from cosim.stepping.run import Progress
 
 
 def simulate(

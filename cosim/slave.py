@@ -1,6 +1,6 @@
 """What the master asks of a component in a run.
 
-`cosim.fmu_slave.FmuSlave` answers for an FMU. Anything else with these methods can take part as well, which is how the
+`cosim.fmu.slave.FmuSlave` answers for an FMU. Anything else with these methods can take part as well, which is how the
 master is tested.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from cosim.description import Description, Variable
+from cosim.fmu.description import Description, Variable
 from cosim.record import Block
 from cosim.signals import Value
 

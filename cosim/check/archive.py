@@ -6,13 +6,13 @@ from pathlib import Path
 
 import fmpy  # pyright: ignore[reportMissingTypeStubs]
 
-from cosim.archive import open_archive
 from cosim.check.verdict import Outcome, failed, not_checked, noted, passed
 from cosim.check.wording import counted
-from cosim.description import Description
 from cosim.errors import FmuFileError
-from cosim.fmu_library import find_binary
-from cosim.platforms import built_for, expected_for
+from cosim.fmu.archive import open_archive
+from cosim.fmu.description import Description
+from cosim.fmu.library import find_binary
+from cosim.fmu.platforms import built_for, expected_for
 
 _LIBRARIES = (".so", ".dll", ".dylib")
 

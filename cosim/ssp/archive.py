@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote, urlsplit
 
-import cosim.archive
-from cosim.archive import Archive
+import cosim.fmu.archive
 from cosim.errors import SspError
+from cosim.fmu.archive import Archive
 from cosim.ssp.vocabulary import STRUCTURE
 
 log = logging.getLogger("cosim")
@@ -61,7 +61,7 @@ def open_archive(path: Path) -> Generator[SspArchive]:
     SspError
         If it is missing, is not a zip archive that can safely be opened, or holds no SystemStructure.ssd.
     """
-    with cosim.archive.open_archive(path, "an SSP file", SspError) as archive:
+    with cosim.fmu.archive.open_archive(path, "an SSP file", SspError) as archive:
         if STRUCTURE not in archive.names:
             raise SspError(f"{path} is not an SSP file: there is no {STRUCTURE} in it")
         others = [name for name in archive.names if name.endswith(".ssd") and "/" not in name and name != STRUCTURE]

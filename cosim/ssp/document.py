@@ -12,8 +12,8 @@ from xml.etree.ElementTree import Element
 import lxml.etree  # pyright: ignore[reportMissingTypeStubs, reportMissingModuleSource]
 
 from cosim.errors import SspError
+from cosim.fmu.xml_check import check_xml
 from cosim.ssp.vocabulary import OWN, SSC, SSD, SSV
-from cosim.xml_check import check_xml
 
 _etree: Any = lxml.etree  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
 _NAMESPACE = re.compile(r"\{[^}]*\}")

@@ -15,8 +15,8 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element
 
-from cosim.description import read_description
 from cosim.errors import InputError, SspError
+from cosim.fmu.description import read_description
 from cosim.scenario import Scenario
 from cosim.ssp.annotation import read_remarks, stands_for_signals
 from cosim.ssp.archive import SspArchive, open_archive

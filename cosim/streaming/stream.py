@@ -21,8 +21,8 @@ from cosim.interrupt import interruptible
 from cosim.plain import plain
 from cosim.result import Result
 from cosim.rows import Column, Rows
-from cosim.run import Progress, Snapshot
 from cosim.scenario import Scenario
+from cosim.stepping.run import Progress, Snapshot
 from cosim.streaming.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from cosim.streaming.csv_store import create_csv, csv_file, reopen_csv
 from cosim.streaming.decimation import decimate

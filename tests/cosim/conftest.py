@@ -11,7 +11,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from cosim.fmu_library import _FOLDERS
+from cosim.fmu.library import _FOLDERS
 
 SOURCE = Path(__file__).parent / "probe"
 

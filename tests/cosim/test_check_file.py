@@ -11,8 +11,8 @@ import pytest
 
 from cosim.check import Finding, Report, Verdict, check_fmu
 from cosim.errors import FmuFileError
-from cosim.fmu_library import _FOLDERS
-from cosim.platforms import built_for, expected_for
+from cosim.fmu.library import _FOLDERS
+from cosim.fmu.platforms import built_for, expected_for
 
 Maker = Callable[..., Path]
 HERE = _FOLDERS[fmpy.platform_tuple][0]

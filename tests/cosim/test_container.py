@@ -15,9 +15,9 @@ from typer.testing import CliRunner
 from cosim import Component, Scenario, Step, System, load_scenario, simulate
 from cosim.cli import app
 from cosim.container import container_files, export_container
-from cosim.description import read_description
 from cosim.errors import InputError
-from cosim.locate import locate_fmu
+from cosim.fmu.description import read_description
+from cosim.fmu.locate import locate_fmu
 from cosim.method import Method
 from cosim.result import Result
 

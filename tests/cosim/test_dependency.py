@@ -10,8 +10,8 @@ import pytest
 
 from cosim import Component, Connection, System
 from cosim.dependency import feedthrough_loops, stepping_groups, stepping_order
-from cosim.description import Description, read_description
-from cosim.locate import locate_fmu
+from cosim.fmu.description import Description, read_description
+from cosim.fmu.locate import locate_fmu
 from cosim.system import split_name
 from tests.cosim.fakes import describe
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from cosim import Component, Connection, Constant, Scenario, SlaveError, Step, System, ramp, simulate
-from cosim.description import read_description
 from cosim.errors import FmuFileError, RunError, SystemDefinitionError
-from cosim.fmu_slave import open_fmu
+from cosim.fmu.description import read_description
+from cosim.fmu.slave import open_fmu
 from cosim.record import allocate_block
 
 pytestmark = pytest.mark.usefixtures("no_leftovers")

@@ -15,10 +15,10 @@ from typer.testing import CliRunner
 
 from cosim import Component, Connection, Constant, Method, Scenario, System, load_scenario, simulate
 from cosim.cli import app
-from cosim.description import read_description
 from cosim.errors import FmuFileError, LostSlaveError, RunError, SlaveError, SystemDefinitionError
-from cosim.isolated_process import Limits
-from cosim.isolated_slave import open_isolated_fmu
+from cosim.fmu.description import read_description
+from cosim.isolation.process import Limits
+from cosim.isolation.slave import open_isolated_fmu
 from cosim.record import allocate_block
 from cosim.result import Result
 

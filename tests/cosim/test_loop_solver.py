@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from cosim.loop.solver import LoopSolver
-from cosim.loop.trials import UnsolvedError
+from cosim.stepping.loop.solver import LoopSolver
+from cosim.stepping.loop.trials import UnsolvedError
 
 TOLERANCE = 1e-10
 

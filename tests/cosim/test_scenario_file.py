@@ -17,7 +17,7 @@ from cosim import (
     scenario_names,
 )
 from cosim.errors import FmuFileError, ScenarioError, SystemDefinitionError
-from cosim.locate import locate_fmu
+from cosim.fmu.locate import locate_fmu
 
 GOOD = """
 title = "A title"
@@ -167,7 +167,7 @@ def test_a_missing_fmu_is_refused_with_where_it_was_looked_for() -> None:
 def test_a_missing_fmu_names_what_makes_it_or_the_one_that_may_be_meant(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cosim.locate._folders", lambda packaging: [tmp_path])
+    monkeypatch.setattr("cosim.fmu.locate._folders", lambda packaging: [tmp_path])
     with pytest.raises(FmuFileError, match=r"Plent\.fmu is not in .*; `python build_fmu\.py` makes the FMUs"):
         locate_fmu("Plent", "native")
     (tmp_path / "Plant.fmu").touch()

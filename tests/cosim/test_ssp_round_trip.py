@@ -27,9 +27,9 @@ from cosim import (
     simulate,
 )
 from cosim.cli import app
-from cosim.description import read_description
 from cosim.errors import SspError
-from cosim.locate import locate_fmu
+from cosim.fmu.description import read_description
+from cosim.fmu.locate import locate_fmu
 from cosim.method import Method
 from cosim.result import Result
 from cosim.scenario_file import scenario_names

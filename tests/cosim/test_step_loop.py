@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cosim import Component, Constant, Result, Scenario, SlaveError, Step, System, load_scenario, ramp, simulate
-from cosim.step_library import step_library
+from cosim.stepping.step_library import step_library
 
 
 def run(scenario: Scenario, *, compiled: bool, **options) -> Result:
@@ -84,7 +84,7 @@ def test_without_a_compiler_steps_are_taken_in_python(
         raise subprocess.CalledProcessError(1, command, stderr="no such compiler\n")
 
     step_library.cache_clear()
-    monkeypatch.setattr("cosim.step_library.user_cache_path", lambda name: tmp_path / name)
+    monkeypatch.setattr("cosim.stepping.step_library.user_cache_path", lambda name: tmp_path / name)
     monkeypatch.setattr(subprocess, "run", fail)
     try:
         with caplog.at_level(logging.WARNING):

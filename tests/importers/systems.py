@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cosim import load_scenario, simulate
-from cosim.description import Variable, read_description
+from cosim.fmu.description import Variable, read_description
 from cosim.result import Result
 from cosim.signals import Constant, Value
 from cosim.system import System, split_name

@@ -1,0 +1,1 @@
+"""FMUs as files and as libraries: descriptions, archives, and the calls of FMI 2.0."""

@@ -1,0 +1,1 @@
+"""Steps: the algorithms, the runs that take them, and where they are recorded."""

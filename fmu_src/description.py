@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from fmu_src import project
-from fmu_src.interface import UNITS
+from fmu_src.rows import UNITS
 from fmu_src.schema import Model, Unit, Value, Variable
 
 

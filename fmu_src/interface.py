@@ -7,31 +7,15 @@ equation of docs/model.md.
 
 from __future__ import annotations
 
-from math import pi
-
-from fmu_src import equations, guide
-from fmu_src.schema import DisplayUnit, Model, Terminal, Unit, Value, Variability, Variable
-
-UNITS: tuple[Unit, ...] = (
-    Unit("1"),
-    Unit("rad", rad=1, display=(DisplayUnit("rev", 0.5 / pi), DisplayUnit("deg", 180.0 / pi))),
-    Unit("rad/s", rad=1, s=-1, display=(DisplayUnit("rev/min", 30.0 / pi),)),
-    Unit("s", s=1, display=(DisplayUnit("ms", 1e3),)),
-    Unit("m", m=1),
-    Unit("m4", m=4),
-    Unit("kg.m", kg=1, m=1),
-    Unit("kg.m2", kg=1, m=2),
-    Unit("N", kg=1, m=1, s=-2, display=(DisplayUnit("kN", 1e-3),)),
-    Unit("N.m", kg=1, m=2, s=-2, display=(DisplayUnit("kN.m", 1e-3),)),
-    Unit("J", kg=1, m=2, s=-2, display=(DisplayUnit("kJ", 1e-3),)),
-    Unit("Pa", kg=1, m=-1, s=-2, display=(DisplayUnit("GPa", 1e-9),)),
-    Unit("N.m.s/rad", kg=1, m=2, s=-1, rad=-1, display=(DisplayUnit("kN.m.s/rad", 1e-3),)),
-    Unit("N.s/rad", kg=1, m=1, s=-1, rad=-1, display=(DisplayUnit("kN.s/rad", 1e-3),)),
-)
+from fmu_src import distributed_page, equations, guide
+from fmu_src.rows import count_row as _count
+from fmu_src.rows import flag_row as _flag
+from fmu_src.rows import input_row as _input
+from fmu_src.rows import output_row as _output
+from fmu_src.rows import parameter_row as _parameter
+from fmu_src.schema import Model, Terminal, Variable
 
 NOT_IN_THE_PAPER = "default not in the paper"
-NOMINAL = {"rad/s": 10.0, "N.m": 1e4, "N": 1e5, "rad": 100.0, "J": 1e5, "s": 1.0}
-DISPLAY = {"rad/s": "rev/min", "N.m": "kN.m", "N": "kN", "J": "kJ", "rad": "rev"}
 
 LOG_CATEGORIES: tuple[tuple[str, str], ...] = (
     ("logEvents", "Stops and releases of the bit, guards and limits of the laws, as they happen."),
@@ -40,51 +24,6 @@ LOG_CATEGORIES: tuple[tuple[str, str], ...] = (
     ("logStatusError", "Messages that come with fmi2Error; they are told always."),
     ("logAll", "All messages."),
 )
-
-
-def _input(
-    name: str, unit: str, start: float, text: str, equation: str, *, low: float = -1e6, high: float = 1e6
-) -> Variable:  # fmt: skip
-    return Variable(
-        name, "input", text, unit=unit, display=DISPLAY.get(unit), start=start, minimum=low, maximum=high,
-        nominal=NOMINAL[unit], equation=equation,
-    )  # fmt: skip
-
-
-def _output(
-    name: str, unit: str, text: str, equation: str, *, needs: tuple[str, ...] = (), initially: tuple[str, ...] = ()
-) -> Variable:
-    return Variable(
-        name, "output", text, unit=unit, display=DISPLAY.get(unit), nominal=NOMINAL[unit], equation=equation,
-        dependencies=needs, initial_dependencies=initially,
-    )  # fmt: skip
-
-
-def _parameter(
-    name: str, unit: str, start: Value, low: float, high: float, text: str, equation: str = "",
-    variability: Variability = "fixed",
-) -> Variable:  # fmt: skip
-    return Variable(
-        name, "parameter", text, variability=variability, unit=unit, start=start, minimum=low, maximum=high,
-        equation=equation,
-    )  # fmt: skip
-
-
-def _flag(name: str, text: str, equation: str, needs: tuple[str, ...], initially: tuple[str, ...]) -> Variable:
-    return Variable(
-        name,
-        "output",
-        text,
-        "Boolean",
-        "discrete",
-        equation=equation,
-        dependencies=needs,
-        initial_dependencies=initially,
-    )
-
-
-def _count(name: str, text: str, equation: str, initially: tuple[str, ...] = ()) -> Variable:
-    return Variable(name, "output", text, "Integer", "discrete", equation=equation, initial_dependencies=initially)
 
 
 def _drive(*members: str) -> Terminal:
@@ -116,24 +55,26 @@ _STRING = (
     _parameter("I_B", "kg.m2", 89.0, 1e-3, 1e6, f"Inertia of the bottom hole assembly ({NOT_IN_THE_PAPER})", "Eq. (2)"),
 )
 _WAVE = ("Omega", "G", "J", "I", "c_a", "initial_speed", "initial_torque")
+_PLANT_INPUTS = (
+    _input("Omega", "rad/s", 10.0, "Angular velocity of the rotary drive", "Eq. (2)", low=-1e4, high=1e4),
+    _input("WOB", "N", 97347.0, "Weight on bit", "Eq. (3)", low=0.0, high=1e8),
+)
 
-DRILLSTRING_NEUTRAL = Model(
-    name="DrillstringNeutral",
-    description="Torsion of an oilwell drillstring as a neutral delay system with set-valued bit friction",
-    variables=(
-        _input("Omega", "rad/s", 10.0, "Angular velocity of the rotary drive", "Eq. (2)", low=-1e4, high=1e4),
-        _input("WOB", "N", 97347.0, "Weight on bit", "Eq. (3)", low=0.0, high=1e8),
+
+def _plant_outputs(*drag: str) -> tuple[Variable, ...]:
+    """Return the outputs of a plant; `drag` are the parameters from which the torque along the string follows."""
+    return (
         _output("bit_speed", "rad/s", "Angular velocity of the bit", "Eq. (14)", initially=("initial_speed",)),
-        _output("top_speed", "rad/s", "Angular velocity of the top of the string", "Eq. (15)", needs=("Omega",), initially=_WAVE),
+        _output("top_speed", "rad/s", "Angular velocity of the top of the string", "Eq. (15)", needs=("Omega",), initially=(*_WAVE, *drag)),
         _output(
             "bit_torque", "N.m", "Torque on bit; the reaction of the rock while the bit is stuck", "Eq. (3)",
             needs=("WOB",), initially=("WOB", "c_b", "R_b", "mu_cb", "mu_sb", "gamma_b", "v_f", "G", "J", "I", "initial_speed", "initial_torque"),
         ),
-        _output("top_torque", "N.m", "Torque of the drive on the string, c_a (Omega - top_speed)", "Eq. (2)", needs=("Omega",), initially=_WAVE),
+        _output("top_torque", "N.m", "Torque of the drive on the string, c_a (Omega - top_speed)", "Eq. (2)", needs=("Omega",), initially=(*_WAVE, *drag)),
         _output("bit_angle", "rad", "Angle turned by the bit, 0 at the start", "Eq. (13)"),
-        _output("top_angle", "rad", "Angle of the top of the string", "Eq. (13)", initially=("initial_torque", "L", "G", "J")),
+        _output("top_angle", "rad", "Angle of the top of the string", "Eq. (13)", initially=("initial_torque", "L", "G", "J", *(("initial_speed", *drag[:1]) if drag else ()))),
         _flag("bit_stuck", "The bit is held by dry friction", "Eq. (3)", (), ("WOB", "R_b", "mu_sb", "initial_speed", "initial_torque")),
-        _output("energy", "J", "Energy stored in string and bit, (I L / 2) E of Eq. (7)", "Eq. (7)", initially=("I_B", "L", "G", "J", "I", "initial_speed", "initial_torque")),
+        _output("energy", "J", "Energy stored in string and bit, (I L / 2) E of Eq. (7)", "Eq. (7)", initially=("I_B", "L", "G", "J", "I", "initial_speed", "initial_torque", *drag[:1])),
         _output("bit_speed_min", "rad/s", "Least bit speed since the last communication point", "Eq. (14)", initially=("initial_speed",)),
         _output("bit_speed_max", "rad/s", "Greatest bit speed since the last communication point", "Eq. (14)", initially=("initial_speed",)),
         _output("stuck_time", "s", "Time the bit has been stuck since the start", "Eq. (3)"),
@@ -147,22 +88,69 @@ DRILLSTRING_NEUTRAL = Model(
         _count("cells_used", "Number of cells the travel time is divided into", "model 14", ("cells", "L", "G", "J", "I")),
         _count("breaks_folded", "Number of significant breaks folded into their cell since the start", "model 16"),
         _output("folded_energy", "J", "Energy removed from the waves by folding breaks since the start", "model 16"),
+    )  # fmt: skip
+
+
+def _plant_parameters(torque: str) -> tuple[Variable, ...]:
+    """Return the parameters of a plant; `torque` says what its initial torque is."""
+    return (
         *_STRING,
         _C_A,
         _FRICTION[0],
         _R_B,
         *_FRICTION[1:],
         _parameter("initial_speed", "rad/s", 0.0, -1e4, 1e4, "Uniform rotation before the start", "model 8"),
-        _parameter("initial_torque", "N.m", 0.0, -1e8, 1e8, "Uniform torque in the string before the start", "model 8"),
+        _parameter("initial_torque", "N.m", 0.0, -1e8, 1e8, torque, "model 8"),
         Variable(
             "cells", "parameter", "Cells in one travel time; 0: chosen so that a cell is at most 0.5 ms", "Integer",
             "fixed", start=0, minimum=0, maximum=200000, equation="model 14",
         ),
-    ),
+    )  # fmt: skip
+
+
+DRILLSTRING_NEUTRAL = Model(
+    name="DrillstringNeutral",
+    description="Torsion of an oilwell drillstring as a neutral delay system with set-valued bit friction",
+    variables=(*_PLANT_INPUTS, *_plant_outputs(), *_plant_parameters("Uniform torque in the string before the start")),
     log_categories=LOG_CATEGORIES,
     use=guide.PLANT_USE,
     equations=equations.PLANT_EQUATIONS,
     limits=equations.PLANT_LIMITS,
+    terminals=(_drive("Omega", "top_speed", "bit_speed", "top_torque"), _weight("WOB", "bit_speed")),
+)
+
+MOST_STATIONS = 9
+
+
+def _station(number: int) -> tuple[Variable, ...]:
+    place = f"station {number}; 0 if there are fewer"
+    needs = ("stations", "initial_torque", "beta", "L")
+    return (
+        _output(f"station_{number}_speed", "rad/s", f"Angular velocity at {place}", "Eq. (1)", initially=("stations", "initial_speed")),
+        _output(f"station_{number}_torque", "N.m", f"Torque the string transmits at {place}", "Eq. (1)", initially=(*needs, "initial_speed")),
+        _output(f"station_{number}_twist", "rad", f"Twist of the string above {place}", "Eq. (1)", initially=(*needs, "initial_speed", "G", "J")),
+    )  # fmt: skip
+
+
+DRILLSTRING_DISTRIBUTED = Model(
+    name="DrillstringDistributed",
+    description="Torsion of an oilwell drillstring, damped along its length, with set-valued bit friction and stations",
+    variables=(
+        *_PLANT_INPUTS,
+        *_plant_outputs("beta", "L"),
+        _output("string_loss", "J", "Energy lost along the string since the start", "Eq. (8)"),
+        *(variable for number in range(1, MOST_STATIONS + 1) for variable in _station(number)),
+        *_plant_parameters("Torque in the string at the bit before the start"),
+        _parameter("beta", "N.s/rad", 0.0, 0.0, 1e4, f"Damping of the string per unit length ({NOT_IN_THE_PAPER})", "Eq. (1)"),
+        Variable(
+            "stations", "parameter", "Stations between top and bit, which divide the string into equal parts", "Integer",
+            "fixed", start=2, minimum=0, maximum=MOST_STATIONS, equation="model 27",
+        ),
+    ),
+    log_categories=LOG_CATEGORIES,
+    use=distributed_page.USE,
+    equations=distributed_page.EQUATIONS,
+    limits=distributed_page.LIMITS,
     terminals=(_drive("Omega", "top_speed", "bit_speed", "top_torque"), _weight("WOB", "bit_speed")),
 )  # fmt: skip
 
@@ -261,5 +249,6 @@ DRILLING_PROGRAM = Model(
 )  # fmt: skip
 
 MODELS: dict[str, Model] = {
-    model.name: model for model in (DRILLSTRING_NEUTRAL, DISSIPATIVE_LAW, WEIGHT_ON_BIT_LAW, DRILLING_PROGRAM)
+    model.name: model
+    for model in (DRILLSTRING_NEUTRAL, DRILLSTRING_DISTRIBUTED, DISSIPATIVE_LAW, WEIGHT_ON_BIT_LAW, DRILLING_PROGRAM)
 }

@@ -15,6 +15,7 @@ _GREEK = {
     "beta": "\N{GREEK SMALL LETTER BETA}",
     "gamma": "\N{GREEK SMALL LETTER GAMMA}",
     "theta": "\N{GREEK SMALL LETTER THETA}",
+    "kappa": "\N{GREEK SMALL LETTER KAPPA}",
     "mu": "\N{GREEK SMALL LETTER MU}",
     "xi": "\N{GREEK SMALL LETTER XI}",
     "tau": "\N{GREEK SMALL LETTER TAU}",

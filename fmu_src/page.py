@@ -10,7 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from fmu_src import project
 from fmu_src.description import Packaging
 from fmu_src.guide import compiling
-from fmu_src.interface import UNITS
+from fmu_src.rows import UNITS
 from fmu_src.schema import Causality, Model, Variable
 from fmu_src.terminals import drawing
 

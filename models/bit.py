@@ -111,6 +111,11 @@ class Bit:
 
     def close(self, up: DelayLine) -> None:
         """Send the wave of the piece up the string and go to its end."""
+        up.push(self.begin, self.end, subtract(self.turning, self.arriving))
+        self.finish()
+
+    def finish(self) -> None:
+        """Go to the end of the piece."""
         duration = (self.end - self.begin) * self.clock.block
         if self.direction == 0:
             self.stuck += duration
@@ -118,7 +123,6 @@ class Bit:
             self.angle += duration * integral(self.turning, 1.0)
             self.loss += duration * (self.power if self.whole else self.power_integral(1.0))
             self.speed = end_value(self.turning)
-        up.push(self.begin, self.end, subtract(self.turning, self.arriving))
         if self.stops:
             self.speed = 0.0
             self.direction = 0
@@ -129,14 +133,18 @@ class Bit:
             self.begin = 0.0
             self.incoming = NOTHING
 
-    def cut(self, fraction: float, up: DelayLine) -> None:
-        """End the piece at a fraction of the block, because weight or friction change; a new one is to be opened."""
-        if fraction - self.begin > SNAP:
-            if self.end - fraction > SNAP:
-                self._shorten((fraction - self.begin) / (self.end - self.begin), fraction)
-                self.stops = False
-                self.releases = 0
-            self.close(up)
+    def cut(self, fraction: float) -> bool:
+        """End the piece at a fraction of the block, because weight or friction change; False if it begins there anyway.
+
+        The piece is then to be closed, and in any case a new one to be opened.
+        """
+        if not fraction - self.begin > SNAP:
+            return False
+        if self.end - fraction > SNAP:
+            self._shorten((fraction - self.begin) / (self.end - self.begin), fraction)
+            self.stops = False
+            self.releases = 0
+        return True
 
     def torque(self, x: float) -> float:
         """Return the torque on bit at x of the piece; the reaction of the rock while the bit is stuck [N m]."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from models.bit import Bit
 from models.clock import Clock, Ramp, blocks_for
@@ -80,7 +80,7 @@ class DrillstringNeutral:
         initial = initial if initial is not None else InitialState()
         self.parameters = parameters
         self.cells = parameters.cells_for(cells)
-        blocks = blocks_for(self.cells)
+        blocks = self._blocks()
         self.clock = Clock(start, parameters.travel_time / blocks)
         self.impedance = parameters.impedance
         twist = initial.torque / (2.0 * self.impedance)
@@ -88,28 +88,40 @@ class DrillstringNeutral:
         self.down = DelayLine(blocks, 0.5 * initial.speed + twist, self.clock.coarseness)
         self.top = Top(parameters, self.clock, initial.torque / parameters.stiffness, Ramp(omega))
         self.bit = Bit(BitLaw.of(parameters), self.clock, initial.speed, Ramp(weight))
-        self.top.open(self.up)
-        self.bit.open(self.down)
         self.place = (0, 0.0)
         self.least = self.greatest = initial.speed
+        self._begin(initial)
+
+    def _blocks(self) -> int:
+        """Return the blocks in a travel time."""
+        return blocks_for(self.cells)
+
+    def _begin(self, initial: InitialState) -> None:
+        """Take up the first pieces."""
+        self.top.open(self.up)
+        self.bit.open(self.down)
 
     def set_inputs(self, omega: float, weight: float, omega_slope: float = 0.0, weight_slope: float = 0.0) -> None:
         """Set Omega [rad/s] and WOB [N] from now on, and their derivatives [1/s]."""
         number, fraction = self.place
         top, bit = self.top, self.bit
         if omega != top.omega.value or omega_slope != 0.0 or top.omega.slope != 0.0:
-            top.cut(fraction, self.down)
+            if top.block == number and top.cut(fraction):
+                top.close(self.down)
             top.omega = Ramp(omega, omega_slope, number, fraction)
             top.open(self.up)
         if weight != bit.pressure.value or weight_slope != 0.0 or bit.pressure.slope != 0.0:
-            bit.cut(fraction, self.up)
+            if bit.block == number and bit.cut(fraction):
+                bit.close(self.up)
             bit.pressure = Ramp(weight, weight_slope, number, fraction)
             bit.open(self.down)
 
     def set_friction(self, parameters: DrillstringParameters) -> None:
         """Change the tunable friction parameters c_b, mu_cb, mu_sb and gamma_b from now on."""
         self.parameters = parameters
-        self.bit.cut(self.place[1], self.up)
+        number, fraction = self.place
+        if self.bit.block == number and self.bit.cut(fraction):
+            self.bit.close(self.up)
         self.bit.law = BitLaw.of(parameters)
         self.bit.open(self.down)
 
@@ -193,14 +205,19 @@ class DrillstringNeutral:
         """Return the energy stored in the string and the bit, (I L / 2) E of eq. (7) [J]."""
         bit, top = self.bit, self.top
         up = self.up.square + self.up.square_rest
-        up += _square_after(top.incoming, top.begin + y * (top.end - top.begin))
+        from_bit, from_top = self._coming()
+        up += _square_after(from_bit, top.begin + y * (top.end - top.begin))
         wave = subtract(bit.turning, bit.arriving)
         up += (bit.end - bit.begin) * product_integral(wave, wave, x)
         down = self.down.square + self.down.square_rest
-        down += _square_after(bit.incoming, bit.begin + x * (bit.end - bit.begin))
+        down += _square_after(from_top, bit.begin + x * (bit.end - bit.begin))
         down += (top.end - top.begin) * product_integral(top.leaving, top.leaving, y)
         speed = value(bit.turning, x)
         return self.impedance * self.clock.block * (up + down) + 0.5 * self.parameters.I_B * (speed * speed)
+
+    def _coming(self) -> tuple[Piece, Piece]:
+        """Return the pieces of the waves that arrive at the top and at the bit."""
+        return self.top.incoming, self.bit.incoming
 
     def state(self) -> dict[str, Any]:
         """Return everything that changes in time, as plain data that survives JSON to the last bit."""
@@ -217,7 +234,7 @@ class DrillstringNeutral:
         }
 
     @classmethod
-    def restored(cls, state: dict[str, Any]) -> DrillstringNeutral:
+    def restored(cls, state: dict[str, Any]) -> Self:
         """Return the plant that :meth:`state` was asked of, as it was then."""
         plant = cls(DrillstringParameters(**state["parameters"]), None, state["cells"], state["start"])
         plant.restore(state)
@@ -232,7 +249,7 @@ class DrillstringNeutral:
         number, fraction = state["place"]
         self.place = (number, fraction)
         self.least, self.greatest = state["range"]
-        self.parameters = DrillstringParameters(**state["parameters"])
+        self.parameters = type(self.parameters)(**state["parameters"])
         self.bit.law = BitLaw.of(self.parameters)
 
 

@@ -71,28 +71,36 @@ class Top:
 
     def close(self, down: DelayLine) -> None:
         """Send the piece down the string and go to its end."""
+        down.push(self.begin, self.end, self.leaving)
+        self.finish()
+
+    def finish(self) -> None:
+        """Go to the end of the piece."""
         duration = (self.end - self.begin) * self.clock.block
         self.angle += duration * integral(self.speed(), 1.0)
         work, driven, slid = self.power_integrals(1.0)
         self.work += duration * work
         self.driven += duration * driven
         self.slid += duration * slid
-        down.push(self.begin, self.end, self.leaving)
         self.begin = self.end
         if self.end >= 1.0:
             self.block += 1
             self.begin = 0.0
             self.incoming = NOTHING
 
-    def cut(self, fraction: float, down: DelayLine) -> None:
-        """End the piece at a fraction of the block, because Omega changes there; a new one is to be opened."""
-        if fraction - self.begin > SNAP:
-            if self.end - fraction > SNAP:
-                x = (fraction - self.begin) / (self.end - self.begin)
-                self.arriving = restrict(self.arriving, 0.0, x)
-                self.leaving = restrict(self.leaving, 0.0, x)
-                self.end = fraction
-            self.close(down)
+    def cut(self, fraction: float) -> bool:
+        """End the piece at a fraction of the block, because Omega changes there; False if it begins there anyway.
+
+        The piece is then to be closed, and in any case a new one to be opened.
+        """
+        if not fraction - self.begin > SNAP:
+            return False
+        if self.end - fraction > SNAP:
+            x = (fraction - self.begin) / (self.end - self.begin)
+            self.arriving = restrict(self.arriving, 0.0, x)
+            self.leaving = restrict(self.leaving, 0.0, x)
+            self.end = fraction
+        return True
 
     def speed(self) -> Quartic:
         """Return ydot on the piece [rad/s]."""

@@ -17,6 +17,9 @@ from cosim.fmu.description import Variable
 LAST_PART = 1e-3
 """Part of a step over which a difference is taken, a time in which little else happens."""
 
+ROUNDING = 1e-9
+"""An output that varies by no more than this part of itself stands still: differences of it would be noise."""
+
 _MOST, _CLOSE = 0.9, 0.05
 
 
@@ -80,7 +83,7 @@ class _Track:
         # all but the greatest, so that a jump does not set the scale
         scale = np.quantile(np.abs(differences), 0.9, axis=0)
         shares = (np.abs(given - differences) <= _CLOSE * scale).mean(axis=0)
-        changes = np.ptp(values, axis=0) > 0.0
+        changes = np.ptp(values, axis=0) > ROUNDING * np.abs(values).max(axis=0)
         return {v.name: float(s) for v, s, change in zip(self._outputs, shares, changes, strict=True) if change}
 
 

@@ -160,8 +160,14 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
 
 void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring)
 {
-    const double duration = (bit->end - bit->begin) * clock->block;
     const ds_piece piece = {bit->begin, bit->end, ds_quartic_subtract(bit->turning, bit->arriving), 0.0};
+    ds_line_push(up, up_ring, piece);
+    ds_bit_finish(law, clock, bit);
+}
+
+void ds_bit_finish(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
+{
+    const double duration = (bit->end - bit->begin) * clock->block;
     if (bit->direction == 0) {
         bit->stuck += duration;
     } else {
@@ -169,7 +175,6 @@ void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_
         bit->loss += duration * (bit->whole ? bit->power : ds_bit_power_integral(law, bit, 1.0));
         bit->speed = ds_quartic_end(bit->turning);
     }
-    ds_line_push(up, up_ring, piece);
     if (bit->stops) {
         bit->speed = 0.0;
         bit->direction = 0;
@@ -183,17 +188,17 @@ void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_
     }
 }
 
-void ds_bit_cut(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, double fraction, ds_line *up,
-                ds_piece *up_ring)
+int ds_bit_cut(ds_bit *bit, double fraction)
 {
-    if (fraction - bit->begin > DS_SNAP) {
-        if (bit->end - fraction > DS_SNAP) {
-            shorten(bit, (fraction - bit->begin) / (bit->end - bit->begin), fraction);
-            bit->stops = 0;
-            bit->releases = 0;
-        }
-        ds_bit_close(law, clock, bit, up, up_ring);
+    if (!(fraction - bit->begin > DS_SNAP)) {
+        return 0;
     }
+    if (bit->end - fraction > DS_SNAP) {
+        shorten(bit, (fraction - bit->begin) / (bit->end - bit->begin), fraction);
+        bit->stops = 0;
+        bit->releases = 0;
+    }
+    return 1;
 }
 
 double ds_bit_torque(const ds_bit_law *law, const ds_bit *bit, double x)

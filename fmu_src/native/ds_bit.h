@@ -40,9 +40,10 @@ DS_SHARED void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed);
 DS_SHARED void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *down,
                            const ds_piece *down_ring);
 DS_SHARED void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring);
-/* end the piece at a fraction of the block inside it; the caller then opens a new one */
-DS_SHARED void ds_bit_cut(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, double fraction, ds_line *up,
-                          ds_piece *up_ring);
+/* go to the end of the piece */
+DS_SHARED void ds_bit_finish(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit);
+/* end the piece at a fraction inside it, 0 if it begins there anyway; the caller then closes it, and opens a new one */
+DS_SHARED int ds_bit_cut(ds_bit *bit, double fraction);
 DS_SHARED double ds_bit_torque(const ds_bit_law *law, const ds_bit *bit, double x);
 DS_SHARED double ds_bit_power_integral(const ds_bit_law *law, const ds_bit *bit, double x);
 DS_SHARED void ds_bit_extremes(const ds_bit *bit, double x0, double x1, double *least, double *greatest);

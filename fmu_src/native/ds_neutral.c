@@ -15,17 +15,12 @@ int ds_neutral_cells(const ds_parameters *parameters, int requested)
     return count >= 4 ? count : 4;
 }
 
-size_t ds_neutral_state_size(int cells)
+size_t ds_neutral_state_size(int blocks)
 {
-    return sizeof(ds_neutral_state) + 2 * (size_t)ds_line_capacity(ds_clock_blocks(cells)) * sizeof(ds_piece);
+    return sizeof(ds_neutral_state) + 2 * (size_t)ds_line_capacity(blocks) * sizeof(ds_piece);
 }
 
-static ds_piece *down_ring(ds_neutral_state *state)
-{
-    return state->ring + state->up.capacity;
-}
-
-static ds_bit_law bit_law(const ds_parameters *parameters, double impedance)
+ds_bit_law ds_neutral_bit_law(const ds_parameters *parameters, double impedance)
 {
     ds_bit_law law;
     law.twice_impedance = 2.0 * impedance;
@@ -49,7 +44,14 @@ void ds_neutral_build(ds_neutral *model, const ds_parameters *parameters, int ce
     model->top.sliding = p->c_a;
     model->cells = ds_neutral_cells(p, cells);
     model->clock.start = start;
-    model->clock.block = p->L * sqrt(p->I / (p->G * p->J)) / ds_clock_blocks(model->cells);
+    ds_neutral_divide(model, ds_clock_blocks(model->cells));
+}
+
+void ds_neutral_divide(ds_neutral *model, int blocks)
+{
+    const ds_parameters *const p = &model->parameters;
+    model->blocks = blocks;
+    model->clock.block = p->L * sqrt(p->I / (p->G * p->J)) / blocks;
 }
 
 static void open_top(const ds_neutral *model, ds_neutral_state *state)
@@ -59,31 +61,36 @@ static void open_top(const ds_neutral *model, ds_neutral_state *state)
 
 static void open_bit(const ds_neutral *model, ds_neutral_state *state)
 {
-    ds_bit_open(&state->law, &model->clock, &state->bit, &state->down, down_ring(state));
+    ds_bit_open(&state->law, &model->clock, &state->bit, &state->down, ds_neutral_down_ring(state));
+}
+
+void ds_neutral_fill(const ds_neutral *model, ds_neutral_state *state, double initial_speed, double initial_torque,
+                     double omega, double weight)
+{
+    const ds_parameters *const p = &model->parameters;
+    const double twist = initial_torque / (2.0 * model->impedance);
+    const double coarseness = ds_clock_coarseness(&model->clock);
+    const ds_ramp drive = {{0, 0.0}, omega, 0.0};
+    const ds_ramp pressure = {{0, 0.0}, weight, 0.0};
+    const ds_place start = {0, 0.0};
+    state->law = ds_neutral_bit_law(p, model->impedance);
+    ds_line_fill(&state->up, state->ring, model->blocks, 0.5 * initial_speed - twist, coarseness);
+    ds_line_fill(&state->down, ds_neutral_down_ring(state), model->blocks, 0.5 * initial_speed + twist, coarseness);
+    ds_top_start(&state->top, initial_torque / (p->G * p->J / p->L));
+    state->top.omega = drive;
+    ds_bit_start(&state->bit, &model->clock, initial_speed);
+    state->bit.pressure = pressure;
+    state->present = start;
+    state->least = initial_speed;
+    state->greatest = initial_speed;
 }
 
 void ds_neutral_start(const ds_neutral *model, ds_neutral_state *state, double initial_speed, double initial_torque,
                       double omega, double weight)
 {
-    const ds_parameters *const p = &model->parameters;
-    const double twist = initial_torque / (2.0 * model->impedance);
-    const int blocks = ds_clock_blocks(model->cells);
-    const double coarseness = ds_clock_coarseness(&model->clock);
-    const ds_ramp drive = {{0, 0.0}, omega, 0.0};
-    const ds_ramp pressure = {{0, 0.0}, weight, 0.0};
-    const ds_place start = {0, 0.0};
-    state->law = bit_law(p, model->impedance);
-    ds_line_fill(&state->up, state->ring, blocks, 0.5 * initial_speed - twist, coarseness);
-    ds_line_fill(&state->down, down_ring(state), blocks, 0.5 * initial_speed + twist, coarseness);
-    ds_top_start(&state->top, initial_torque / (p->G * p->J / p->L));
-    state->top.omega = drive;
-    ds_bit_start(&state->bit, &model->clock, initial_speed);
-    state->bit.pressure = pressure;
+    ds_neutral_fill(model, state, initial_speed, initial_torque, omega, weight);
     open_top(model, state);
     open_bit(model, state);
-    state->present = start;
-    state->least = initial_speed;
-    state->greatest = initial_speed;
 }
 
 void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, double omega, double weight,
@@ -93,13 +100,17 @@ void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, dou
     ds_bit *const bit = &state->bit;
     if (omega != top->omega.value || omega_slope != 0.0 || top->omega.slope != 0.0) {
         const ds_ramp drive = {state->present, omega, omega_slope};
-        ds_top_cut(&model->top, &model->clock, top, state->present.fraction, &state->down, down_ring(state));
+        if (top->block == state->present.block && ds_top_cut(top, state->present.fraction)) {
+            ds_top_close(&model->top, &model->clock, top, &state->down, ds_neutral_down_ring(state));
+        }
         top->omega = drive;
         open_top(model, state);
     }
     if (weight != bit->pressure.value || weight_slope != 0.0 || bit->pressure.slope != 0.0) {
         const ds_ramp pressure = {state->present, weight, weight_slope};
-        ds_bit_cut(&state->law, &model->clock, bit, state->present.fraction, &state->up, state->ring);
+        if (bit->block == state->present.block && ds_bit_cut(bit, state->present.fraction)) {
+            ds_bit_close(&state->law, &model->clock, bit, &state->up, state->ring);
+        }
         bit->pressure = pressure;
         open_bit(model, state);
     }
@@ -107,13 +118,14 @@ void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, dou
 
 void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state *state, const ds_parameters *parameters)
 {
-    ds_bit_cut(&state->law, &model->clock, &state->bit, state->present.fraction, &state->up, state->ring);
-    state->law = bit_law(parameters, model->impedance);
+    if (state->bit.block == state->present.block && ds_bit_cut(&state->bit, state->present.fraction)) {
+        ds_bit_close(&state->law, &model->clock, &state->bit, &state->up, state->ring);
+    }
+    state->law = ds_neutral_bit_law(parameters, model->impedance);
     open_bit(model, state);
 }
 
-/* let the range of bit speeds cover [x0, x1] of the piece */
-static void widen(ds_neutral_state *state, double x0, double x1)
+void ds_neutral_widen(ds_neutral_state *state, double x0, double x1)
 {
     double low;
     double high;
@@ -129,14 +141,14 @@ static void widen(ds_neutral_state *state, double x0, double x1)
 /* finish the piece of the top and take up the next */
 static void next_top(const ds_neutral *model, ds_neutral_state *state)
 {
-    ds_top_close(&model->top, &model->clock, &state->top, &state->down, down_ring(state));
+    ds_top_close(&model->top, &model->clock, &state->top, &state->down, ds_neutral_down_ring(state));
     open_top(model, state);
 }
 
 /* finish the piece of the bit, whose range from x on counts, and take up the next, which counts from 0 */
 static double next_bit(const ds_neutral *model, ds_neutral_state *state, double x)
 {
-    widen(state, x, 1.0);
+    ds_neutral_widen(state, x, 1.0);
     ds_bit_close(&state->law, &model->clock, &state->bit, &state->up, state->ring);
     open_bit(model, state);
     return 0.0;
@@ -166,7 +178,7 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
         x = next_bit(model, state, x);
     }
     state->present = goal;
-    widen(state, x, ds_neutral_present_in(state, bit->block, bit->begin, bit->end));
+    ds_neutral_widen(state, x, ds_neutral_present_in(state, bit->block, bit->begin, bit->end));
 }
 
 /* integral of the squared wave of a piece from a fraction of the block to its end, in blocks */
@@ -176,17 +188,18 @@ static double square_after(ds_piece piece, double fraction)
     return (piece.end - fraction) * ds_quartic_square_integral(rest);
 }
 
-/* energy stored in the string and the bit, (I L / 2) E of eq. (7) */
-static double stored_energy(const ds_neutral *model, const ds_neutral_state *state, double x, double y)
+double ds_neutral_energy(const ds_neutral *model, const ds_neutral_state *state, ds_piece from_bit, ds_piece from_top)
 {
     const ds_bit *const bit = &state->bit;
     const ds_top *const top = &state->top;
+    const double x = ds_neutral_present_in(state, bit->block, bit->begin, bit->end);
+    const double y = ds_neutral_present_in(state, top->block, top->begin, top->end);
     const ds_quartic wave = ds_quartic_subtract(bit->turning, bit->arriving);
     double up = state->up.square + state->up.square_rest;
-    up += square_after(top->incoming, top->begin + y * (top->end - top->begin));
+    up += square_after(from_bit, top->begin + y * (top->end - top->begin));
     up += (bit->end - bit->begin) * ds_quartic_product_integral(wave, wave, x);
     double down = state->down.square + state->down.square_rest;
-    down += square_after(bit->incoming, bit->begin + x * (bit->end - bit->begin));
+    down += square_after(from_top, bit->begin + x * (bit->end - bit->begin));
     down += (top->end - top->begin) * ds_quartic_product_integral(top->leaving, top->leaving, y);
     const double speed = ds_quartic_value(bit->turning, x);
     return model->impedance * model->clock.block * (up + down) + 0.5 * model->parameters.I_B * (speed * speed);
@@ -210,7 +223,7 @@ void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_
     outputs->bit_angle = bit->angle + bit_piece * ds_quartic_integral(bit->turning, x);
     outputs->top_angle = top->angle + top_piece * ds_quartic_integral(speed, y);
     outputs->bit_stuck = bit->direction == 0;
-    outputs->energy = stored_energy(model, state, x, y);
+    outputs->energy = ds_neutral_energy(model, state, top->incoming, bit->incoming);
     outputs->bit_speed_min = state->least;
     outputs->bit_speed_max = state->greatest;
     outputs->stuck_time = bit->direction == 0 ? bit->stuck + x * bit_piece : bit->stuck;

@@ -33,6 +33,7 @@ typedef struct {
     ds_clock clock;
     double impedance; /* N m s/rad, Z */
     int cells;        /* 1, cells in one travel time */
+    int blocks;       /* 1, blocks in one travel time */
 } ds_neutral;
 
 typedef struct {
@@ -46,6 +47,11 @@ typedef struct {
     ds_line down;     /* the down-going wave */
     ds_piece ring[];
 } ds_neutral_state;
+
+static inline ds_piece *ds_neutral_down_ring(ds_neutral_state *state)
+{
+    return state->ring + state->up.capacity;
+}
 
 /* where in the piece that begins and ends at fractions of a block the present lies */
 static inline double ds_neutral_present_in(const ds_neutral_state *state, int64_t block, double begin, double end)
@@ -66,16 +72,28 @@ typedef struct {
 
 /* cells in one travel time: as requested, at least 4; for 0 one that keeps a cell at most 0.5 ms */
 DS_SHARED int ds_neutral_cells(const ds_parameters *parameters, int requested);
-/* bytes of the state */
-DS_SHARED size_t ds_neutral_state_size(int cells);
+/* bytes of the state with so many blocks in one travel time */
+DS_SHARED size_t ds_neutral_state_size(int blocks);
 DS_SHARED void ds_neutral_build(ds_neutral *model, const ds_parameters *parameters, int cells, double start);
+/* change the number of blocks in one travel time */
+DS_SHARED void ds_neutral_divide(ds_neutral *model, int blocks);
+DS_SHARED ds_bit_law ds_neutral_bit_law(const ds_parameters *parameters, double impedance);
+/* what is before the start */
+DS_SHARED void ds_neutral_fill(const ds_neutral *model, ds_neutral_state *state, double initial_speed,
+                               double initial_torque, double omega, double weight);
+/* fill, and take up the first pieces */
 DS_SHARED void ds_neutral_start(const ds_neutral *model, ds_neutral_state *state, double initial_speed,
                                 double initial_torque, double omega, double weight);
 DS_SHARED void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, double omega, double weight,
                                      double omega_slope, double weight_slope);
 DS_SHARED void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state *state,
                                        const ds_parameters *parameters);
+/* let the range of bit speeds cover [x0, x1] of the piece */
+DS_SHARED void ds_neutral_widen(ds_neutral_state *state, double x0, double x1);
 DS_SHARED void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time);
+/* energy stored in the string and the bit, (I L / 2) E of eq. (7), with the pieces that arrive at the top and at the bit */
+DS_SHARED double ds_neutral_energy(const ds_neutral *model, const ds_neutral_state *state, ds_piece from_bit,
+                                   ds_piece from_top);
 DS_SHARED void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_outputs *outputs);
 
 #endif

@@ -35,14 +35,19 @@ void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_l
 
 void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *down, ds_piece *down_ring)
 {
-    const double duration = (top->end - top->begin) * clock->block;
     const ds_piece piece = {top->begin, top->end, top->leaving, 0.0};
+    ds_line_push(down, down_ring, piece);
+    ds_top_finish(law, clock, top);
+}
+
+void ds_top_finish(const ds_top_law *law, const ds_clock *clock, ds_top *top)
+{
+    const double duration = (top->end - top->begin) * clock->block;
     top->angle += duration * ds_quartic_integral(ds_top_speed(top), 1.0);
     const ds_top_powers powers = ds_top_power_integrals(law, clock, top, 1.0);
     top->work += duration * powers.work;
     top->driven += duration * powers.driven;
     top->slid += duration * powers.slid;
-    ds_line_push(down, down_ring, piece);
     top->begin = top->end;
     if (top->end >= 1.0) {
         top->block += 1;
@@ -51,18 +56,18 @@ void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_
     }
 }
 
-void ds_top_cut(const ds_top_law *law, const ds_clock *clock, ds_top *top, double fraction, ds_line *down,
-                ds_piece *down_ring)
+int ds_top_cut(ds_top *top, double fraction)
 {
-    if (fraction - top->begin > DS_SNAP) {
-        if (top->end - fraction > DS_SNAP) {
-            const double x = (fraction - top->begin) / (top->end - top->begin);
-            top->arriving = ds_quartic_restrict(top->arriving, 0.0, x);
-            top->leaving = ds_quartic_restrict(top->leaving, 0.0, x);
-            top->end = fraction;
-        }
-        ds_top_close(law, clock, top, down, down_ring);
+    if (!(fraction - top->begin > DS_SNAP)) {
+        return 0;
     }
+    if (top->end - fraction > DS_SNAP) {
+        const double x = (fraction - top->begin) / (top->end - top->begin);
+        top->arriving = ds_quartic_restrict(top->arriving, 0.0, x);
+        top->leaving = ds_quartic_restrict(top->leaving, 0.0, x);
+        top->end = fraction;
+    }
+    return 1;
 }
 
 ds_quartic ds_top_speed(const ds_top *top)

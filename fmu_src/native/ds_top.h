@@ -38,9 +38,10 @@ DS_SHARED void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top 
                            const ds_piece *up_ring);
 DS_SHARED void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *down,
                             ds_piece *down_ring);
-/* begin a new piece at a fraction inside this one; the caller then opens it */
-DS_SHARED void ds_top_cut(const ds_top_law *law, const ds_clock *clock, ds_top *top, double fraction, ds_line *down,
-                          ds_piece *down_ring);
+/* go to the end of the piece */
+DS_SHARED void ds_top_finish(const ds_top_law *law, const ds_clock *clock, ds_top *top);
+/* end the piece at a fraction inside it, 0 if it begins there anyway; the caller then closes it, and opens a new one */
+DS_SHARED int ds_top_cut(ds_top *top, double fraction);
 DS_SHARED ds_quartic ds_top_speed(const ds_top *top);
 /* Omega at x of the piece [rad/s] */
 DS_SHARED double ds_top_drive(const ds_clock *clock, const ds_top *top, double x);

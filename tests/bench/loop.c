@@ -54,7 +54,7 @@ EXPORT double bench_kernel(double step, long steps, int cells)
     ds_neutral model;
     ds_neutral_outputs outputs = {0};
     ds_neutral_build(&model, &p, cells, 0.0);
-    ds_neutral_state *const state = malloc(ds_neutral_state_size(model.cells));
+    ds_neutral_state *const state = malloc(ds_neutral_state_size(model.blocks));
     ds_neutral_start(&model, state, 0.0, 0.0, 10.0, 97347.0);
     for (long k = 0; k < steps; ++k) {
         ds_neutral_advance(&model, state, (double)k * step + step);

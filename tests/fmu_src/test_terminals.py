@@ -62,9 +62,10 @@ def test_every_input_is_in_a_terminal(model: Model) -> None:
     assert {variable.name for variable in model.select("input")} <= joined
 
 
+@pytest.mark.parametrize("string", ["DrillstringNeutral", "DrillstringDistributed"])
 @pytest.mark.parametrize("name", ["DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"])
-def test_terminals_of_one_name_join_outputs_of_one_unit_to_inputs(name: str) -> None:
-    plant, other = MODELS["DrillstringNeutral"], MODELS[name]
+def test_terminals_of_one_name_join_outputs_of_one_unit_to_inputs(name: str, string: str) -> None:
+    plant, other = MODELS[string], MODELS[name]
     mine, theirs = ({terminal.name: terminal.members for terminal in model.terminals} for model in (plant, other))
     assert mine.keys() & theirs.keys()
     for terminal in mine.keys() & theirs.keys():

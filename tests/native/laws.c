@@ -6,6 +6,7 @@
 
 #define BALANCE_ERROR 2e-9          /* 1, share of the greatest energy seen that may be missing inside a piece */
 #define GREATEST_BALANCE_ERROR 1e-3 /* 1, the same on the coarsest grid */
+#define DAMPING_ERROR 4.0           /* 1, the same with damping along the string, of the square of what a crossing takes */
 #define LEAST_ENERGY 1e3            /* J, what a bit at 5 rad/s holds: less is not what the share is taken of */
 #define CANCELLING 1e-15            /* 1, share of its terms that a difference may be off by */
 #define SNAP 1e-11                  /* 1, share of a travel time by which an input change may be moved: ds_clock.h */
@@ -31,7 +32,8 @@ static double balance_error(const subject *s)
 {
     const double cell = plant_travel_time(s) / subject_value(s, "cells_used");
     const double coarseness = fmax(1.0, cell / LONGEST_CELL);
-    return fmin(BALANCE_ERROR * pow(coarseness, 6.0), GREATEST_BALANCE_ERROR);
+    const double crossing = plant_crossing_loss(s);
+    return fmin(BALANCE_ERROR * pow(coarseness, 6.0), GREATEST_BALANCE_ERROR) + DAMPING_ERROR * crossing * crossing;
 }
 
 /* J, what c_a (Omega - top_speed) may lose of the work since the last communication point where the two cancel */
@@ -46,7 +48,7 @@ static void energy_is_accounted_for(subject *s, const knowledge *before)
     knowledge *const known = &s->known;
     const double energy = subject_value(s, "energy");
     const double put_in = subject_value(s, "work_in");
-    const double lost = subject_value(s, "bit_loss");
+    const double lost = subject_value(s, "bit_loss") + plant_string_loss(s);
     const double folded = subject_value(s, "folded_energy");
     if (before == NULL) {
         known->energy = energy;
@@ -59,7 +61,7 @@ static void energy_is_accounted_for(subject *s, const knowledge *before)
     const double missing = energy - (known->energy + put_in - lost - folded);
     LAW(s, fabs(missing) <= balance_error(s) * (known->greatest + LEAST_ENERGY) + known->rounding,
         "of %.17g J at the most, %.3g J are unaccounted for: energy %.17g, at the start %.17g, work_in %.17g, "
-        "bit_loss %.17g, folded_energy %.17g",
+        "lost %.17g, folded_energy %.17g",
         known->greatest, missing, energy, known->energy, put_in, lost, folded);
 }
 

@@ -8,6 +8,10 @@
 int is_plant(void);
 /* s, in which a wave goes along the string */
 double plant_travel_time(const subject *s);
+/* J, lost along the string */
+double plant_string_loss(const subject *s);
+/* 1, share that a block of a wave loses while it crosses another, at most: the error of the damping is its square */
+double plant_crossing_loss(const subject *s);
 /* s, in which the bit answers the string: the shortest piece its motion is computed in is about half of it */
 double plant_answer_time(const subject *s);
 

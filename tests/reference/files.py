@@ -94,7 +94,8 @@ def _parameters(experiment: Experiment) -> Element:
     parameters = SubElement(root, f"{{{_PARAMETERS_SPACE}}}Parameters")
     for name, value in experiment.parameters.items():
         parameter = SubElement(parameters, f"{{{_PARAMETERS_SPACE}}}Parameter", {"name": name})
-        kind, text = ("Enumeration", value) if isinstance(value, str) else ("Real", repr(value))
+        kind = {str: "Enumeration", int: "Integer"}.get(type(value), "Real")
+        text = value if isinstance(value, str) else repr(value)
         SubElement(parameter, f"{{{_PARAMETERS_SPACE}}}{kind}", {"value": text})
     return root
 

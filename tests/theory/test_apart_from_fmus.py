@@ -7,9 +7,10 @@ import re
 import pytest
 
 from fmu_src.bundle import bundle
+from fmu_src.interface import MODELS
 
 
-@pytest.mark.parametrize("model", ["DrillstringNeutral", "DissipativeLaw", "DrillingProgram", "WeightOnBitLaw"])
+@pytest.mark.parametrize("model", sorted(MODELS))
 def test_bundle_needs_no_numpy(model):
     _, files = bundle(f"fmu_src.python.{model}")
     assert any("/models/" in name for name in files)

@@ -16,9 +16,10 @@ import fmpy  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 
 from cosim.choices import Choices
+from cosim.description import Description, Variable
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.fmu.description import Description, Variable, read_description
 from cosim.fmu.locate import locate_fmu
+from cosim.fmu.model_description import read_description
 from cosim.fmu.slave import open_fmu
 from cosim.isolation.slave import open_isolated_fmu
 from cosim.master import Master

@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 
+from cosim.description import Description, Variable
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.fmu.description import Description, Variable
 from cosim.parameters import convert, start_values
 from cosim.signals import Constant, Signal, Step, Value
 from cosim.system import Connection, System, split_name

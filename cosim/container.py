@@ -23,9 +23,10 @@ from xml.etree.ElementTree import Element, SubElement
 
 from cosim.compatibility import check_system
 from cosim.dependency import feedthrough_loops, stepping_order
+from cosim.description import Description, Unit
 from cosim.errors import InputError
-from cosim.fmu.description import Description, Unit, read_description
 from cosim.fmu.locate import locate_fmu
+from cosim.fmu.model_description import read_description
 from cosim.packing import pack, put_in_place
 from cosim.scenario import Scenario
 from cosim.signals import Constant, Value

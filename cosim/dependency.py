@@ -10,8 +10,8 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from cosim.description import Description
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.fmu.description import Description
 from cosim.system import Connection, System, split_name
 
 Edges = Mapping[str, frozenset[str]]

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from cosim.description import Description
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.fmu.description import Description
 from cosim.rows import Rows
 from cosim.system import System
 

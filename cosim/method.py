@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cosim.algorithms import ALGORITHMS, EXPLICIT
 from cosim.errors import InputError, suggestion
-from cosim.stepping.algorithms import ALGORITHMS, EXPLICIT
 
 ON_FAILURE = ("fail", "halve", "explicit")
 
@@ -17,7 +17,7 @@ class Method:
     Parameters
     ----------
     algorithm : str
-        One of `cosim.stepping.algorithms.ALGORITHMS`.
+        One of `cosim.algorithms.ALGORITHMS`.
     order : tuple of str
         Names of all components in the order in which Gauss-Seidel steps them; by default derived from what depends on
         what. Other algorithms do not need it.

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cosim.description import Description
 from cosim.energy_residual import EnergyAccount
 from cosim.errors import format_time
-from cosim.fmu.description import Description
 from cosim.guards import GuardWatch, find_guards
 from cosim.power_bonds import find_bonds
 from cosim.record import BASE_TYPES, BaseType, Block, Window

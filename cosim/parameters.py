@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from cosim.description import Description, Variable
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.fmu.description import Description, Variable
 from cosim.signals import Value
 from cosim.system import Component
 

@@ -9,8 +9,8 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from cosim.dependency import stepping_groups
+from cosim.description import Description, Unit, Variable
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.fmu.description import Description, Unit, Variable
 from cosim.system import Connection, PowerBond, System, split_name
 from cosim.units import describe
 

@@ -16,8 +16,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from cosim.description import Description, Variable
 from cosim.errors import RunError
-from cosim.fmu.description import Description, Variable
 from cosim.signals import FloatArray, Value
 
 BaseType = Literal["Real", "Integer", "Boolean"]

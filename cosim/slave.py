@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from cosim.fmu.description import Description, Variable
+from cosim.description import Description, Variable
 from cosim.record import Block
 from cosim.signals import Value
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from cosim.fmu.description import Unit
+from cosim.description import Unit
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 

@@ -8,9 +8,9 @@ import fmpy  # pyright: ignore[reportMissingTypeStubs]
 
 from cosim.check.verdict import Outcome, failed, not_checked, noted, passed
 from cosim.check.wording import counted
+from cosim.description import Description
 from cosim.errors import FmuFileError
 from cosim.fmu.archive import open_archive
-from cosim.fmu.description import Description
 from cosim.fmu.library import find_binary
 from cosim.fmu.platforms import built_for, expected_for
 

@@ -13,8 +13,8 @@ from fmpy.validation import validate_fmu  # pyright: ignore[reportMissingTypeStu
 
 from cosim.check.verdict import Outcome, failed, noted, passed
 from cosim.check.wording import counted, some
+from cosim.description import Description, Variable
 from cosim.errors import FmuFileError
-from cosim.fmu.description import Description, Variable
 from cosim.fmu.xml_check import check_xml
 
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"

@@ -12,8 +12,8 @@ from types import TracebackType
 from typing import Any, NamedTuple, cast
 
 from cosim.check.library import CO_SIMULATION, ELEMENTS, Library
+from cosim.description import Variable
 from cosim.errors import format_time
-from cosim.fmu.description import Variable
 from cosim.fmu.log import Journal
 from cosim.signals import Value
 

@@ -18,8 +18,8 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from cosim.check.series import Series, read_series
+from cosim.description import Description
 from cosim.errors import InputError
-from cosim.fmu.description import Description
 from cosim.fmu.xml_check import check_xml
 from cosim.ssp.document import read_document
 from cosim.ssp.parameter_set import Given, read_parameter_set

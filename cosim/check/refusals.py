@@ -13,7 +13,7 @@ from cosim.check.bench import Bench
 from cosim.check.instance import ACCEPTED, CallError
 from cosim.check.verdict import Outcome, not_checked, noted, passed
 from cosim.check.wording import sample, some
-from cosim.fmu.description import Variable
+from cosim.description import Variable
 from cosim.signals import Value
 
 _MOST_ATTEMPTS = 40

@@ -15,8 +15,8 @@ from cosim.check.reference import Experiment
 from cosim.check.series import Series, same_time
 from cosim.check.verdict import Comparison, Outcome, Verdict, failed, not_checked, passed
 from cosim.check.wording import counted, some
+from cosim.description import Description, Variable
 from cosim.errors import InputError
-from cosim.fmu.description import Description, Variable
 from cosim.parameters import convert
 from cosim.signals import Value
 

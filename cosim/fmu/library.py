@@ -13,9 +13,9 @@ from typing import Any
 import fmpy  # pyright: ignore[reportMissingTypeStubs]
 from fmpy.fmi2 import FMU2Slave  # pyright: ignore[reportMissingTypeStubs]
 
+from cosim.description import Description
 from cosim.errors import FmuFileError
 from cosim.fmu.archive import open_archive
-from cosim.fmu.description import Description
 from cosim.fmu.platforms import built_for, expected_for, is_cut_off
 
 # FMI 2.0 names folders for x86 only. For Arm, tools use FMI 3.0's names, or put a universal binary in darwin64. fmpy
@@ -42,7 +42,7 @@ def loaded_fmu(name: str, path: Path, description: Description) -> Generator[Any
     path : Path
         The .fmu file.
     description : Description
-        What `cosim.fmu.description.read_description` read from it.
+        What `cosim.fmu.model_description.read_description` read from it.
 
     Yields
     ------

@@ -16,9 +16,9 @@ from typing import Any
 
 from fmpy.fmi1 import FMICallException  # pyright: ignore[reportMissingTypeStubs]
 
+from cosim.description import Description, Variable
 from cosim.errors import RunError, SlaveError
 from cosim.fmu.calls import Calls, Exchange, SlopeExchange, bound, exchange, slope_exchange
-from cosim.fmu.description import Description, Variable
 from cosim.fmu.library import loaded_fmu
 from cosim.fmu.log import Journal
 from cosim.fmu.states import KeptStates
@@ -247,7 +247,7 @@ def open_fmu(name: str, path: Path, description: Description) -> Generator[FmuSl
     path : Path
         The .fmu file.
     description : Description
-        What `cosim.fmu.description.read_description` read from it.
+        What `cosim.fmu.model_description.read_description` read from it.
 
     Raises
     ------

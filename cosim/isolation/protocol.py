@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.fmu.description import Description
+from cosim.description import Description
 from cosim.record import BASE_TYPES, BaseType, Block, Section, Slopes
 
 REQUEST = struct.Struct("<BbiddI")

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from cosim.description import Description, Variable
 from cosim.errors import FmuFileError, LostSlaveError, RunError, SlaveError, format_time
-from cosim.fmu.description import Description, Variable
 from cosim.isolation.process import IsolatedProcess, Limits, ProcessLostError, Reply
 from cosim.isolation.protocol import Operation, shape_of, shared_block, shared_size
 from cosim.record import BASE_TYPES, Block
@@ -209,7 +209,7 @@ def open_isolated_fmu(
     path : Path
         The .fmu file.
     description : Description
-        What `cosim.fmu.description.read_description` read from it.
+        What `cosim.fmu.model_description.read_description` read from it.
     limits : Limits, optional
         What it may use.
 

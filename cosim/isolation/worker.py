@@ -16,8 +16,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from cosim.description import Description
 from cosim.errors import CosimError, FmuFileError, SlaveError
-from cosim.fmu.description import Description, read_description
+from cosim.fmu.model_description import read_description
 from cosim.fmu.slave import FmuSlave, open_fmu
 from cosim.isolation.protocol import HEADER, REPLY, REQUEST, Operation, block_of, receive, send, shared_block
 

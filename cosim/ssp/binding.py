@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element
 
+from cosim.description import Description
 from cosim.errors import SspError
-from cosim.fmu.description import Description
 from cosim.signals import Value
 from cosim.ssp.archive import SspArchive
 from cosim.ssp.document import check_document, plain_name, read_document

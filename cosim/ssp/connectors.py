@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
+from cosim.description import Description, Unit
 from cosim.errors import SspError, suggestion
-from cosim.fmu.description import Description, Unit
 from cosim.ssp.document import plain_name
 from cosim.ssp.parameter_set import read_units
 from cosim.ssp.vocabulary import ssc, ssd

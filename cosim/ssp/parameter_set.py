@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement
 
+from cosim.description import Description, Unit, Variable
 from cosim.errors import SspError
-from cosim.fmu.description import Description, Unit, Variable
 from cosim.signals import Value
 from cosim.ssp.document import plain_name
 from cosim.ssp.vocabulary import ssc, ssv

@@ -11,8 +11,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from cosim.description import Description
 from cosim.errors import SspError
-from cosim.fmu.description import Description
 from cosim.signals import Constant, Signal, Step, Table, Value, ramp
 from cosim.system import Component, Connection, System, split_name
 

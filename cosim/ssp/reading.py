@@ -16,7 +16,7 @@ from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element
 
 from cosim.errors import InputError, SspError
-from cosim.fmu.description import read_description
+from cosim.fmu.model_description import read_description
 from cosim.scenario import Scenario
 from cosim.ssp.annotation import read_remarks, stands_for_signals
 from cosim.ssp.archive import SspArchive, open_archive

@@ -13,9 +13,10 @@ from urllib.parse import quote
 from xml.etree.ElementTree import Element, SubElement
 
 from cosim.compatibility import check_system
+from cosim.description import Description, Variable
 from cosim.errors import SspError
-from cosim.fmu.description import Description, Variable, read_description
 from cosim.fmu.locate import locate_fmu
+from cosim.fmu.model_description import read_description
 from cosim.packing import pack, put_in_place
 from cosim.scenario import Scenario
 from cosim.signals import Value

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cosim.fmu.description import Variable
+from cosim.description import Variable
 from cosim.signals import Constant, Signal
 
 

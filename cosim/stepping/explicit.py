@@ -11,7 +11,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from cosim.stepping.algorithms import Lag
+from cosim.algorithms import Lag
 from cosim.stepping.channel import Span
 from cosim.stepping.initialisation import Settling, initialise
 from cosim.stepping.stage import Part

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from cosim.algorithms import EXPLICIT
 from cosim.compatibility import StartValues
 from cosim.dependency import stepping_order
 from cosim.grid import Grid
 from cosim.method import Method
 from cosim.record import Window
 from cosim.slave import Slave
-from cosim.stepping.algorithms import EXPLICIT
 from cosim.stepping.initialisation import Settling, initialise
 from cosim.stepping.readable_loop import readable_steps
 from cosim.stepping.run import Snapshot, block_arrays, window_size

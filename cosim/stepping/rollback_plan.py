@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from cosim.dependency import Group, stepping_groups, stepping_order
+from cosim.description import Description
 from cosim.errors import SystemDefinitionError
-from cosim.fmu.description import Description
 from cosim.method import Method
 from cosim.system import Connection, System, split_name
 

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from cosim.algorithms import EXPLICIT
 from cosim.compatibility import StartValues
 from cosim.dependency import feedthrough_loops, feedthrough_reach
-from cosim.fmu.description import Description
+from cosim.description import Description
 from cosim.grid import Grid
 from cosim.guards import find_guards
 from cosim.method import Method
 from cosim.record import Window
 from cosim.slave import Slave
-from cosim.stepping.algorithms import EXPLICIT
 from cosim.stepping.error_estimate import ErrorEstimate
 from cosim.stepping.explicit import Explicit
 from cosim.stepping.implicit import Implicit

@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from cosim.compatibility import StartValues
-from cosim.fmu.description import Description, Variable
+from cosim.description import Description, Variable
 from cosim.record import Block, allocate_block, allocate_slopes, base_type, initial_value
 from cosim.signals import Signal
 from cosim.slave import Slave

@@ -9,13 +9,13 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from cosim.algorithms import Lag
 from cosim.compatibility import StartValues
-from cosim.fmu.description import Description
+from cosim.description import Description
 from cosim.grid import Points
 from cosim.record import Block, Section, Slopes, allocate_block, allocate_slopes, base_type
 from cosim.signals import FloatArray, Signal, is_level
 from cosim.slave import Slave
-from cosim.stepping.algorithms import Lag
 from cosim.system import System, split_name
 
 # Source array and column, target array and column, and how many rows the source lags behind.
@@ -117,7 +117,7 @@ def wire(
     start_time : float
         s.
     lag : callable
-        An algorithm of `cosim.stepping.algorithms`.
+        An algorithm of `cosim.algorithms`.
     order : sequence of str
         Names of the components in stepping order.
 

@@ -8,12 +8,12 @@ from ctypes import c_size_t, c_uint, c_void_p
 from functools import partial
 
 from cosim import Component, Connection, System
+from cosim.algorithms import EXPLICIT
 from cosim.compatibility import check_system
-from cosim.fmu.description import read_description
 from cosim.fmu.locate import locate_fmu
+from cosim.fmu.model_description import read_description
 from cosim.fmu.slave import open_fmu
 from cosim.grid import communication_points
-from cosim.stepping.algorithms import EXPLICIT
 from cosim.stepping.initialisation import initialise
 from cosim.stepping.readable_loop import readable_steps
 from cosim.stepping.step_loop import compiled_steps

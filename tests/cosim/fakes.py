@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg import expm
 
+from cosim.description import Description, Unit, Variable
 from cosim.errors import SlaveError
-from cosim.fmu.description import Description, Unit, Variable
 from cosim.record import BASE_TYPES, Block, initial_value
 from cosim.signals import Value
 

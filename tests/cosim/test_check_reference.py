@@ -12,8 +12,8 @@ from cosim.check import Comparison, Finding, Group, Report, Verdict, check_fmu
 from cosim.check.comparison import UNSTATED, Result, compare, default_tolerance
 from cosim.check.reference import Tolerance, read_reference
 from cosim.check.series import read_series
+from cosim.description import Variable
 from cosim.errors import InputError
-from cosim.fmu.description import Variable
 
 Maker = Callable[..., Path]
 

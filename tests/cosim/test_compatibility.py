@@ -8,8 +8,8 @@ import pytest
 
 from cosim import Component, Connection, Constant, Step, System, ramp
 from cosim.compatibility import check_system
+from cosim.description import Description, Unit, Variable
 from cosim.errors import SystemDefinitionError
-from cosim.fmu.description import Description, Unit, Variable
 
 SPEED = Unit("rad/s", (0, 0, -1, 0, 0, 0, 0, 1))
 RPM = Unit("rpm", (0, 0, -1, 0, 0, 0, 0, 1), factor=0.10471975511965977)

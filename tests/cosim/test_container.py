@@ -16,8 +16,8 @@ from cosim import Component, Scenario, Step, System, load_scenario, simulate
 from cosim.cli import app
 from cosim.container import container_files, export_container
 from cosim.errors import InputError
-from cosim.fmu.description import read_description
 from cosim.fmu.locate import locate_fmu
+from cosim.fmu.model_description import read_description
 from cosim.method import Method
 from cosim.result import Result
 

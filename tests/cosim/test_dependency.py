@@ -10,8 +10,9 @@ import pytest
 
 from cosim import Component, Connection, System
 from cosim.dependency import feedthrough_loops, stepping_groups, stepping_order
-from cosim.fmu.description import Description, read_description
+from cosim.description import Description
 from cosim.fmu.locate import locate_fmu
+from cosim.fmu.model_description import read_description
 from cosim.system import split_name
 from tests.cosim.fakes import describe
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from cosim import Component, Connection, Method, PowerBond, System, co_simulate, load_scenario, simulate
+from cosim.description import Description, Unit
 from cosim.errors import SystemDefinitionError
-from cosim.fmu.description import Description, Unit, read_description
 from cosim.fmu.locate import locate_fmu
+from cosim.fmu.model_description import read_description
 from cosim.power_bonds import find_bonds
 from tests.cosim.fakes import LinearSlave
 

@@ -13,7 +13,7 @@ import pytest
 
 from cosim import Component, Connection, Constant, Scenario, SlaveError, Step, System, ramp, simulate
 from cosim.errors import FmuFileError, RunError, SystemDefinitionError
-from cosim.fmu.description import read_description
+from cosim.fmu.model_description import read_description
 from cosim.fmu.slave import open_fmu
 from cosim.record import allocate_block
 

@@ -10,8 +10,8 @@ import pytest
 from scipy.linalg import expm
 
 from cosim import Component, Connection, Constant, Method, SlaveError, Step, System, co_simulate, ramp
+from cosim.description import Variable
 from cosim.errors import LoopError, RunError, SystemDefinitionError
-from cosim.fmu.description import Variable
 from cosim.statement import statement
 from tests.cosim.fakes import FakeSlave, LinearSlave, describe
 

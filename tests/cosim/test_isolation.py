@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from cosim import Component, Connection, Constant, Method, Scenario, System, load_scenario, simulate
 from cosim.cli import app
 from cosim.errors import FmuFileError, LostSlaveError, RunError, SlaveError, SystemDefinitionError
-from cosim.fmu.description import read_description
+from cosim.fmu.model_description import read_description
 from cosim.isolation.process import Limits
 from cosim.isolation.slave import open_isolated_fmu
 from cosim.record import allocate_block

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cosim import Component, Connection, Constant, InputError, Method, SlaveError, Step, System, co_simulate, ramp
-from cosim.fmu.description import Variable
+from cosim.description import Variable
 from tests.cosim.fakes import FakeSlave, describe
 
 

@@ -28,8 +28,8 @@ from cosim import (
 )
 from cosim.cli import app
 from cosim.errors import SspError
-from cosim.fmu.description import read_description
 from cosim.fmu.locate import locate_fmu
+from cosim.fmu.model_description import read_description
 from cosim.method import Method
 from cosim.result import Result
 from cosim.scenario_file import scenario_names

@@ -7,7 +7,7 @@ import zipfile
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
-from cosim.fmu.description import read_description
+from cosim.fmu.model_description import read_description
 from cosim.system import System, split_name
 from tests.importers.systems import Setting, fmu_of, settings
 

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from cosim import load_scenario, simulate
-from cosim.fmu.description import Variable, read_description
+from cosim.description import Variable
+from cosim.fmu.model_description import read_description
 from cosim.result import Result
 from cosim.signals import Constant, Value
 from cosim.system import System, split_name

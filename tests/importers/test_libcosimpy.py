@@ -13,7 +13,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from cosim.fmu.description import Variable
+from cosim.description import Variable
 from cosim.system import System, split_name
 from tests.importers.container import with_law_in_container
 from tests.importers.loop import nanoseconds, rounds, run

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from cosim.stepping import gauss_seidel, jacobi
+from cosim.algorithms import gauss_seidel, jacobi
 
 Lag = Callable[[int, int], int]
 """From the places of source and target in the stepping order to how many steps old the passed value is."""

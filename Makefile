@@ -1,12 +1,13 @@
 # Everything a fresh clone needs: python3, make and a package index.
 #   make run    build the FMUs, couple them, show the stick-slip cycle of the paper's Fig. 2
 #   make test   format, lint, types, and every test
+#   make verify hold the product against laws, and the paper's claims against the product: a report
 #   make fuzz   make up calls to the C code of an FMU until one goes wrong (MODEL=, DURATION=)
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: run test setup fmus all-fmus lint types unit coverage sanitize fuzz bench clean
+.PHONY: run test setup fmus all-fmus lint types unit verify coverage sanitize fuzz bench clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
@@ -37,6 +38,10 @@ types: setup
 
 unit: all-fmus
 	$(BIN)/python -m pytest
+
+# Also judged by `unit`, law by law; ARGUMENTS=--html=report.html writes a page, --write-claims docs/claims.md anew.
+verify: fmus
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.verify $(ARGUMENTS)
 
 # The C code: docs/hardening.md tells what these three need beside Python.
 coverage: setup

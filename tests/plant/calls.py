@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 
 from fmpy import fmi2
 
-from tests.plant.drive import PLANT
+from tests.plant.drive import PLANTS
 from tests.plant.fmi import DISCARD, ERROR, OK, Instance, must
 
-MODELS = [PLANT, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
+MODELS = [*PLANTS, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
 TUNABLE = dict.fromkeys(MODELS, "c_b") | {"WeightOnBitLaw": "K_w"}
-OUTPUT = dict.fromkeys(MODELS, "Omega") | {PLANT: "top_speed", "WeightOnBitLaw": "WOB"}
-START: dict[str, dict[str, Any]] = {model: {"cells": 60} if model == PLANT else {} for model in MODELS}
+OUTPUT = dict.fromkeys(MODELS, "Omega") | dict.fromkeys(PLANTS, "top_speed") | {"WeightOnBitLaw": "WOB"}
+START: dict[str, dict[str, Any]] = {model: {"cells": 60} if model in PLANTS else {} for model in MODELS}
 
 INSTANTIATED, INITIALIZATION, COMPLETE, FAILED, TERMINATED, IN_ERROR = (
     "instantiated",

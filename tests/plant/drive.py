@@ -13,6 +13,8 @@ from tests.oracle import OracleParameters, Program
 from tests.plant.fmi import Instance, must
 
 PLANT = "DrillstringNeutral"
+DAMPED = "DrillstringDistributed"
+PLANTS = (PLANT, DAMPED)
 RANGE = ("bit_speed_min", "bit_speed_max")
 """Outputs about the time since the last communication point."""
 
@@ -119,15 +121,18 @@ def travel(
     ends: np.ndarray,
     packaging: str = "native",
     cells: int = 0,
+    model: str = PLANT,
+    **more: float,
 ) -> Iterator[Drive]:
     """Drive the plant from one time to the next with inputs that may jump and have slopes; yield it at each.
 
-    Where an input has no slope it is set when it changes only, so that it is held for the FMU as well.
+    `more` are other start values of the model. Where an input has no slope it is set when it changes only, so that it
+    is held for the FMU as well.
     """
     programs = {"Omega": omega, "WOB": wob}
     lines = {name: program.line(0.0, 0.0) for name, program in programs.items()}
-    start_values = {**asdict(parameters), "cells": cells, **{name: line[0] for name, line in lines.items()}}
-    with Drive(PLANT, start_values, packaging) as plant:
+    start_values = {**asdict(parameters), "cells": cells, **{name: line[0] for name, line in lines.items()}, **more}
+    with Drive(model, start_values, packaging) as plant:
         for end in ends.tolist():
             for name, program in programs.items():
                 line = program.line(0.5 * (plant.time + end), plant.time)
@@ -147,10 +152,12 @@ def follow(
     grid: Sequence[float] | np.ndarray,
     packaging: str = "native",
     cells: int = 0,
+    model: str = PLANT,
+    **more: float,
 ) -> Trajectory:
     """Drive the plant along a grid and through all changes of the inputs, and return what it puts out."""
     rows, times, names = [], [], []
-    for plant in travel(parameters, omega, wob, points(grid, omega, wob), packaging, cells):
+    for plant in travel(parameters, omega, wob, points(grid, omega, wob), packaging, cells, model, **more):
         rows.append(plant.outputs())
         times.append(plant.time)
         names = plant.names

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.plant.drive import PLANT, Drive
+from tests.plant.drive import DAMPED, PLANT, PLANTS, Drive
 
 MOMENTS = {
     # Fig. 2 with jumps of the inputs on the way
@@ -13,14 +13,15 @@ MOMENTS = {
     "long after": 60.0001,
 }
 PACKAGINGS = ("native", "python")
-MODELS = [PLANT, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
+MODELS = [*PLANTS, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
 LATER = [0.001, 0.31, 0.3100001, 2.9, 9.0]
 SLOW = {"cells": 60}
+BEGINS: dict[str, dict[str, float]] = {PLANT: SLOW, DAMPED: SLOW | {"beta": 0.1, "stations": 3}}
 
 
-def drive_to(time: float, packaging: str = "native") -> Drive:
-    """Return the plant after jumps of both inputs, one of them just before the given time."""
-    plant = Drive(PLANT, SLOW, packaging)
+def drive_to(time: float, packaging: str = "native", model: str = PLANT) -> Drive:
+    """Return a plant after jumps of both inputs, one of them just before the given time."""
+    plant = Drive(model, BEGINS[model], packaging)
     for at, change in ((0.3 * time, {"Omega": 11.0}), (0.9 * time, {"WOB": 9e4}), (0.999 * time, {"Omega": 9.5})):
         if at > 0:
             plant.go(at)

@@ -6,14 +6,15 @@ from ctypes import byref, c_size_t, create_string_buffer
 
 import pytest
 
-from tests.plant.drive import PLANT, Drive
+from tests.plant.drive import PLANT, PLANTS, Drive
 from tests.plant.fmi import DISCARD, ERROR, OK, must
 from tests.plant.moments import MODELS, SLOW, continued, drive_to
 
 
 @pytest.mark.parametrize("place", [0, 5, 50, 200, 5000, -1])
-def test_a_flipped_byte_is_refused_and_changes_nothing(place):
-    with drive_to(3.2) as plant, drive_to(3.2) as untouched:
+@pytest.mark.parametrize("model", PLANTS)
+def test_a_flipped_byte_is_refused_and_changes_nothing(place, model):
+    with drive_to(3.2, model=model) as plant, drive_to(3.2, model=model) as untouched:
         damaged = bytearray(plant.serialized())
         damaged[place] ^= 0x10
         assert plant.restore(bytes(damaged)) == ERROR
@@ -24,7 +25,7 @@ def test_a_flipped_byte_is_refused_and_changes_nothing(place):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_byte_flipped_anywhere_is_refused(model):
-    with Drive(model, {"cells": 4} if model == PLANT else {}) as fmu:
+    with Drive(model, {"cells": 4} if model in PLANTS else {}) as fmu:
         fmu.go(0.5)
         content = fmu.serialized()
         everywhere = [*range(min(4000, len(content))), *range(4000, len(content), 61)]

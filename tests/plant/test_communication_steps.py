@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.plant.drive import PLANT, RANGE, Drive, follow
+from tests.plant.drive import PLANT, PLANTS, RANGE, Drive, follow
 from tests.plant.programs import CASES, SPEED, WEIGHT
 
 TICK = 2.0**-20
@@ -75,3 +75,20 @@ def test_a_step_of_many_travel_times_is_as_good_as_its_parts():
             ends.append({name: value for name, value in plant.named().items() if name not in RANGE})
     assert ends[0] == ends[1]
     assert ends[0]["slip_count"] >= 15
+
+
+@pytest.mark.parametrize("model", PLANTS)
+def test_weight_and_friction_that_change_together_where_a_block_ends_act_from_there_on(model):
+    # with this string and four cells a block is a quarter of a second, to the last bit
+    string = {"G": 1e6, "J": 1e-6, "I": 1.0, "L": 1.0, "cells": 4, "WOB": 0.0}
+    with Drive(model, string) as plant, Drive(model, string) as beside:
+        for end in (0.5, 1.5, 2.25):
+            plant.go(end)
+            beside.go(end + 1e-9)
+            for fmu in (plant, beside):
+                fmu.put(c_b=3.0 + end, WOB=1000.0 * end)
+        plant.go(4.0)
+        beside.go(4.0)
+        assert plant.get("bit_torque") == pytest.approx(beside.get("bit_torque"), rel=1e-6)
+        assert plant.get("bit_angle") == pytest.approx(beside.get("bit_angle"), rel=1e-6)
+        assert plant.get("stuck_time") == pytest.approx(beside.get("stuck_time"), abs=1e-6)

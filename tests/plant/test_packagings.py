@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from tests.plant.drive import PLANT, Drive, follow
+from tests.plant.drive import DAMPED, PLANT, Drive, follow
 from tests.plant.programs import CASES, PAPER, SPEED, WEIGHT
 
 Change = dict[str, Any]
@@ -102,6 +102,18 @@ def test_jumping_inputs_and_other_strings_have_the_same_bits(name):
 @given(start_values=STRING, course=turns(DRILLING, 40), start=st.sampled_from([0.0, 0.3, -7.1, 1e4]))
 def test_plant_has_the_same_bits(start_values, course, start):
     assert_same_bits(PLANT, start_values, course, start)
+
+
+@thorough
+@given(
+    start_values=STRING,
+    damping=st.one_of(st.floats(0.0, 1.0), st.floats(0.0, 30.0)),
+    stations=st.integers(0, 9),
+    course=turns(DRILLING, 30),
+    start=st.sampled_from([0.0, 0.3, -7.1, 1e4]),
+)
+def test_damped_plant_has_the_same_bits(start_values, damping, stations, course, start):
+    assert_same_bits(DAMPED, start_values | {"beta": damping, "stations": stations}, course, start)
 
 
 @thorough

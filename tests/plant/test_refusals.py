@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.plant.drive import PLANT, Drive
+from tests.plant.drive import PLANT, PLANTS, Drive
 from tests.plant.fmi import DISCARD, OK, Instance, Message, must
 
 SLOW = {"cells": 60}
-MODELS = [PLANT, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
+MODELS = [*PLANTS, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
 PARAMETERS = {
     # out of its physical range: name, values, and what the sentence expects
     "L": (0.0, -1172.0, nan, inf, -inf, 1e300),
@@ -201,7 +201,7 @@ def test_upper_limit_below_the_weight_kept_at_rest_is_refused():
 )
 @pytest.mark.parametrize("packaging", ["native", "python"])
 def test_both_packagings_refuse_a_step_with_values_that_do_not_fit(packaging, model, change, sentence):
-    with Drive(model, SLOW if model == PLANT else {}, packaging, logging=True) as fmu:
+    with Drive(model, SLOW if model in PLANTS else {}, packaging, logging=True) as fmu:
         fmu.go(0.5)
         before = fmu.outputs()
         assert fmu.set(**change) == OK

@@ -8,18 +8,17 @@ gone: until a fitting value has been set, or, after an illegal call, until a res
 
 from __future__ import annotations
 
-import json
 import sys
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from functools import partial
 from math import isfinite
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from fmu_src.python import calls, library
+from fmu_src.python import calls, library, saved
 from fmu_src.python.calls import guarded
 from fmu_src.python.table import declaration
 from fmu_src.python.values import IllegalCall, Phase, Values
@@ -280,15 +279,11 @@ class TableSlave(Fmi2Slave):
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
-        # json writes floats by repr, the shortest text that reads back as the same bits
-        return json.dumps(state, separators=(",", ":")).encode()
+        return saved.encoded(state)
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        try:
-            return cast("dict[str, Any]", json.loads(state))
-        except (ValueError, RecursionError):
-            return calls.saved_nothing()
+        return saved.decoded(state)
 
 
 def _objection(call: Callable[[], str | None]) -> str | None:

@@ -87,8 +87,10 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
         content: object = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as error:
-        raise OutputError(f"output folder {folder} cannot be read: {error}") from error
+    except OSError as error:
+        raise OutputError(f"output folder {folder} cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise OutputError(f"output folder {folder}: {MANIFEST} is not JSON: {error}") from error
     if not isinstance(content, dict):
         return None
     manifest = cast(dict[str, Any], content)

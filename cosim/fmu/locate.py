@@ -53,5 +53,5 @@ def _folders(packaging: str) -> list[Path]:
     """Return the folders to search, without repetition."""
     given = [Path(part) for part in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if part]
     folders = [folder for part in given for folder in (part / packaging, part)]
-    folders += [Path("dist", packaging), Path(__file__).resolve().parent.parent / "dist" / packaging]
+    folders += [Path("dist", packaging), Path(__file__).resolve().parents[2] / "dist" / packaging]
     return list({folder.resolve(): folder for folder in folders}.values())

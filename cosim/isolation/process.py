@@ -180,7 +180,7 @@ class IsolatedProcess:
 
 def _start(folder: Path) -> subprocess.Popen[bytes]:
     """Start the process, in a session of its own so that Ctrl-C reaches only the master."""
-    package = str(Path(__file__).resolve().parents[1])
+    package = str(Path(__file__).resolve().parents[2])
     paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
     temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
     return subprocess.Popen(

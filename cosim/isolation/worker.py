@@ -23,6 +23,8 @@ from cosim.fmu.slave import FmuSlave, open_fmu
 from cosim.isolation.protocol import HEADER, REPLY, REQUEST, Operation, block_of, receive, send, shared_block
 
 _LOOK = 0.02
+# Address space that allocators set aside for threads without holding memory there: an arena and a stack each, bytes.
+_SET_ASIDE = 2**28
 _MOST_MESSAGES, _LONGEST_MESSAGE = 100, 1000
 _PAGES = Path("/proc/self/statm")
 
@@ -165,14 +167,14 @@ def limit_memory(most: int, memory: Memory) -> None:
     """End this process when it holds more bytes than now by `most`, or when the master is gone.
 
     Memory that is held is looked at every 20 ms. Where the system can (on Linux), it refuses address space beyond twice
-    the limit at once, which an FMU sees as an allocation that fails. No core is dumped.
+    the limit, and some for threads, at once, which an FMU sees as an allocation that fails. No core is dumped.
     """
     if sys.platform != "win32":
         import resource
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         if sys.platform == "linux":
-            space = _pages()[0] + 2 * most
+            space = _pages()[0] + 2 * most + _SET_ASIDE
             resource.setrlimit(resource.RLIMIT_AS, (space, space))
     first = _held()
     master = os.getppid()

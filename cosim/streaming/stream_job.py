@@ -16,12 +16,12 @@ from typing import Any
 
 from cosim.assembly import versions
 from cosim.choices import Choices
-from cosim.errors import CheckpointError, OutputError, RunInterruptedError
+from cosim.errors import CheckpointError, InputError, OutputError, RunInterruptedError
 from cosim.figure import draw
 from cosim.isolation.process import Limits
 from cosim.job import Job, Outcome, Progress, assess, measures_from_json
 from cosim.scenario_source import opened_scenario
-from cosim.store import FIGURE, UNFINISHED, read_manifest, refuse_occupied, variant_entry, write_manifest
+from cosim.store import FIGURE, MANIFEST, UNFINISHED, read_manifest, refuse_occupied, variant_entry, write_manifest
 from cosim.streaming.csv_store import csv_file
 from cosim.streaming.stream import CHECKPOINT, INTERVAL, TRAJECTORY, stream
 
@@ -87,7 +87,11 @@ def stream_job(job: Job, source: str, streaming: Streaming, folder: Path, progre
         write_manifest(folder, {**head, "state": UNFINISHED, "job": written, "variants": []})
     except OSError as error:
         raise OutputError(f"output folder {folder} cannot be written: {error.strerror or error}") from error
-    return _run(job, streaming, folder, progress)
+    try:
+        return _run(job, streaming, folder, progress)
+    except InputError:
+        _remove_unbegun(folder)
+        raise
 
 
 def resume_job(folder: Path, started: Started, progress: Progress) -> dict[str, Outcome]:
@@ -170,6 +174,13 @@ def _run_variant(
     trajectory = Path(subfolder, csv_file(Path(), 1).name if streaming.csv else TRAJECTORY).as_posix()
     entry = variant_entry(result, outcome.measures, outcome.energy, trajectory)
     return outcome, {**json.loads(json.dumps(entry)), "figure": Path(subfolder, FIGURE).as_posix()}
+
+
+def _remove_unbegun(folder: Path) -> None:
+    """Remove a run that was refused before any row was stored."""
+    if [path.name for path in folder.iterdir()] == [MANIFEST]:
+        (folder / MANIFEST).unlink()
+        folder.rmdir()
 
 
 def _clear(place: Path) -> None:

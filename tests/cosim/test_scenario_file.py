@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import cosim
 from cosim import (
     Component,
     Connection,
@@ -173,6 +174,14 @@ def test_a_missing_fmu_names_what_makes_it_or_the_one_that_may_be_meant(
     (tmp_path / "Plant.fmu").touch()
     with pytest.raises(FmuFileError, match=r"Plent\.fmu is not in .*; did you mean 'Plant'\?"):
         locate_fmu("Plent", "native")
+
+
+def test_what_was_built_beside_the_package_is_found_from_anywhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    beside = Path(cosim.__file__).parents[1] / "dist" / "native" / "DrillstringNeutral.fmu"
+    assert locate_fmu("DrillstringNeutral", "native") == beside.resolve()
 
 
 def test_fmus_are_found_in_the_working_directory_before_the_package_and_by_the_environment_first(

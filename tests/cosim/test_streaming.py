@@ -298,3 +298,18 @@ def test_options_that_make_no_sense_are_refused(arguments: list[str], message: s
     assert result.exit_code == 2
     assert message in result.stderr
     assert "Traceback" not in result.output
+    assert list(tmp_path.iterdir()) == [], "what was refused leaves nothing behind"
+
+
+def test_a_folder_that_holds_no_unfinished_run_is_not_resumed(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "manifest.json").write_text("{")
+    for name, message in (
+        ("nowhere", "nowhere holds no unfinished run"),
+        ("file", "cannot be read: Not a directory"),
+        ("broken", "manifest.json is not JSON"),
+    ):
+        result = CliRunner().invoke(app, ["resume", str(tmp_path / name)])
+        assert result.exit_code == 2
+        assert message in result.stderr

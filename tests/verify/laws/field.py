@@ -69,7 +69,7 @@ def top_turns_as_in_the_field_equation() -> Finding:
 def energy_is_that_of_the_field() -> Finding:
     """The energy of the waves is (7), the integral over the string"""
     found, allowed = differences("stick-slip", "energy")
-    return Finding("energy output and (7) integrated over the elements, in J", found, allowed, REASON, "J")
+    return Finding("energy output and (7) integrated over the elements", found, allowed, REASON, "J")
 
 
 @law(SECTION)

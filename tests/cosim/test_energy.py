@@ -18,6 +18,8 @@ from cosim.scenario_file import scenario_names
 
 BAR = 1e-9
 """Of the energy put in until then."""
+GRID_BAR = 3e-6
+"""The same where damping along the string is computed on a grid of cells."""
 RUNS = [
     (name, variant.name if variant else None)
     for name in scenario_names()
@@ -40,8 +42,9 @@ def balance(name: str, variant: str | None) -> EnergyBalance:
 def test_what_the_drive_gives_is_stored_or_lost(name: str, variant: str | None) -> None:
     found = balance(name, variant)
     assert found.put_in[-1] > 1e3
-    assert 0.0 < found.worst <= BAR
-    assert set(found.losses) == {"top_loss", "bit_loss"}
+    distributed, damped = name == "string-damping", name == "string-damping" and variant != "beta=0"
+    assert 0.0 < found.worst <= (GRID_BAR if damped else BAR)
+    assert set(found.losses) == {"top_loss", "bit_loss"} | ({"string_loss"} if distributed else set())
 
 
 @pytest.mark.parametrize(("name", "variant"), RUNS)

@@ -7,8 +7,13 @@ from pathlib import Path
 import numpy as np
 from matplotlib.image import imread
 
+from cosim import load_scenario, simulate
+from cosim.dissipation_map import draw_growth, draw_loop_set
+from cosim.energy_report import energy_growth
 from cosim.stability_map import draw_bistability, draw_charts
 from models.chart import stability_chart
+from models.laws import DissipativeLaw
+from models.loop_set import PrintedLoop
 from tests.theory.strings import NOMINAL, PAPER
 from tests.theory.test_bistability import over_omega
 
@@ -39,3 +44,31 @@ def test_cycles_and_rotation_are_drawn_over_the_band_in_which_both_are_stable(tm
     for red, green, blue in ((0x0B, 0x53, 0x94), (0xB4, 0x53, 0x09)):
         colour = np.array([red, green, blue]) / 255
         assert share(path, tuple(colour - 0.02), tuple(colour + 0.02)) > 5e-4
+
+
+def test_gap_of_the_printed_law_is_drawn_with_its_solutions_and_where_a_run_has_been(tmp_path: Path) -> None:
+    result = simulate(load_scenario("dissipative-law"), variant="printed", stop_time=2.0)
+    loop = PrintedLoop.of(PAPER, DissipativeLaw(), 10.0)
+    images: list[np.ndarray] = []
+    for name, run in (("with", result), ("without", None)):
+        path = tmp_path / f"{name}.png"
+        draw_loop_set(path, loop, (-5.0, 25.0), 40.0, run)
+        assert share(path, (0.97, 0.86, 0.78), (1.0, 0.92, 0.84)) > 0.3
+        assert share(path, (0.0, 0.28, 0.5), (0.1, 0.38, 0.65)) > 2e-3
+        images.append(imread(path)[:, :, :3])
+    changed = (images[0] != images[1]).any(axis=2)
+    assert 100 < np.count_nonzero(changed) < result.time.size * 4
+    # nothing of the run is in the left panel
+    assert not changed[:, : changed.shape[1] // 2].any()
+
+
+def test_growth_is_stacked_in_the_colours_of_its_causes(tmp_path: Path) -> None:
+    scenario = load_scenario("dissipative-law")
+    colours = {"printed": (0xB4, 0x53, 0x09), "tracking": (0x0B, 0x53, 0x94)}
+    for form, other in (("printed", "tracking"), ("tracking", "printed")):
+        path = tmp_path / f"{form}.png"
+        draw_growth(path, {form: energy_growth(simulate(scenario, variant=form, stop_time=2.0))})
+        own, foreign = (np.array(colours[name]) / 255 for name in (form, other))
+        made, absent = (share(path, tuple(one - 0.01), tuple(one + 0.01)) for one in (own, foreign))
+        assert made > 0.03
+        assert absent < 0.01 * made

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -147,8 +148,9 @@ def test_sampled_law_that_has_a_solution_errs_in_proportion_to_the_step() -> Non
     assert excess[1:] == pytest.approx([0.5 * excess[0], 0.25 * excess[0]], rel=0.1)
 
 
-def test_loop_is_found_unsolvable_by_iteration_just_where_its_discriminant_is_negative() -> None:
-    result = run("printed", "implicit")
+@pytest.mark.parametrize("along", [run, damped], ids=["undamped", "damped"])
+def test_iteration_closes_the_loop_only_where_its_discriminant_says_so(along: Callable[[str, str], Result]) -> None:
+    result = along("printed", "implicit")
     asked, driven = result["law.Omega"], result["plant.Omega"]
     closed = np.abs(asked - driven)[1:] <= 1e-9 * np.maximum(np.abs(asked), 10.0)[1:]
     assert np.count_nonzero(~closed) == result.record["unsolved"]["steps"]

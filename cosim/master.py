@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -126,6 +127,7 @@ class Master:
             "start_time": start_time,
             "stop_time": grid.end,
             "step_size": step_size,
+            "method": asdict(method),
         }
         self._timings = {"initialise": 0.0, "step": 0.0}
         self.time = start_time

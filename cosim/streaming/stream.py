@@ -99,8 +99,8 @@ def stream(
         every, csv = saved.notes["every"], saved.notes["csv"]
     with assembled(scenario, Choices(**choices)) as assembly:
         streaming = _Streaming(scenario, assembly, folder, every or {}, csv=csv)
+        _warn_of_stateless(assembly)
         with _opened(streaming, saved):
-            _warn_of_stateless(assembly)
             _advance(streaming, checkpoint_interval, progress)
             return streaming.complete()
 

@@ -210,6 +210,7 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
     for other, message in (
         (SHORT | {"step_size": 0.02}, r"step_size is 0\.02 now; expected 0\.01"),
         (SHORT | {"overrides": {"plant.I_B": 90.0}}, r"components\.plant\.parameters\.I_B is 90\.0 now; expected"),
+        (SHORT | {"tolerance": 1e-3}, r"method\.tolerance is 0\.001 now; expected None"),
         (SHORT | {"packaging": "python"}, "packaging is 'python' now; expected 'native'"),
     ):
         with pytest.raises(CheckpointError, match=r"checkpoint\.npz is of another run: " + message):

@@ -22,7 +22,7 @@ test compares it; the laws that the computations themselves are held to are in i
 
 The paper leaves $I_B$, $K_w$ and the start open. They are shown for the values tried; $I_B = 89$ kg m² and a start from
 rest where nothing is said. "From the cycle" is after stick-slip has lasted for 60 s.
-Energies, periods and thresholds are explained in [theory.md](theory.md), law (9) in [model.md](model.md#the-laws).
+Periods and thresholds are explained in [theory.md](theory.md), law (9) and Proposition 1 in [energy.md](energy.md).
 """
 NOT_JUDGED = """\
 ## Not judged

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from cosim import LoopError, Result, load_scenario, simulate
+from cosim import LoopError, Result, Scenario, load_scenario, simulate
 from tests.plant.programs import PAPER
 from tests.plant.theory import torque_on_bit
 from tests.verify.claim import Trial, claim
@@ -16,7 +18,9 @@ ROUNDING = 1e-9
 """Of terms that nearly cancel near the pole of (9)."""
 GROWN = 1e-9
 """Growth of this part of the greatest energy is rounding."""
-THROWN = {"plant.initial_speed": 20.0}
+BETA = 0.05
+"""Damping along the string where there is any [N s/rad per metre]; the paper gives no value."""
+THROWN = {"plant.initial_speed": 30.0}
 """A string that turns faster than wanted, under no torque: the loop has a solution there."""
 
 
@@ -63,29 +67,39 @@ def energy_does_not_grow() -> list[Trial]:
 
     It does not while (9) is obeyed: that is the completed square. But law and string then drain all energy, and have no
     common solution when too little is left. From rest, where the energy is zero, they have none at all: a string whose
-    energy does not grow never begins to turn. What is sampled and limited goes on, and is not (9).
+    energy does not grow never begins to turn. What is sampled and limited goes on, and is not (9). The causes of its
+    growth are told apart in [energy.md](energy.md).
     """
-    scenario, trials = load_scenario("dissipative-law"), []
-    starts = {
-        "from rest": {},
-        "from steady rotation": {name.replace("__", "."): value for name, value in equilibrium_start().items()},
-        "from 20 rad/s without torque": THROWN,
-    }
-    for name, start in starts.items():
-        try:
-            solved = simulate(scenario, variant="printed", algorithm="implicit", overrides=start)
-            trials.append(Trial(f"{name}, law and string solved together", *_grown(solved)))
-        except LoopError as error:
-            told = f"at t = {error.time:.3f} s law and string have no common solution"
-            if error.time > 0.0:
-                until = simulate(
-                    scenario, variant="printed", algorithm="implicit", overrides=start, stop_time=error.time - 1e-3
-                )
-                trials.append(Trial(f"{name}, solved together, as long as there is a solution", *_grown(until)))
-            trials.append(Trial(f"{name}, solved together, for 60 s", told, False))
+    scenario, trials = load_scenario("dissipative-law"), list[Trial]()
+    steady = {name.replace("__", "."): value for name, value in equilibrium_start().items()}
+    for name, start in (("from rest", {}), ("from steady rotation", steady), ("from 30 rad/s without torque", THROWN)):
+        trials += _solved(name, scenario, start)
         sampled = simulate(scenario, variant="printed", overrides=start)
         trials.append(Trial(f"{name}, sampled each millisecond, Ω within ±40 rad/s", *_grown(sampled)))
+    trials += _solved(f"from 30 rad/s without torque, β = {BETA}", _damped(scenario), THROWN)
     return trials
+
+
+def _solved(name: str, scenario: Scenario, start: Mapping[str, float]) -> list[Trial]:
+    """Try the claim on law and string solved together: for the whole run, and as far as there is a solution."""
+    options = {"variant": "printed", "algorithm": "implicit", "overrides": start}
+    try:
+        return [Trial(f"{name}, solved together", *_grown(simulate(scenario, **options)))]
+    except LoopError as error:
+        told = f"at t = {error.time:.3f} s law and string have no common solution"
+        failed = Trial(f"{name}, solved together, for 60 s", told, False)
+        if error.time <= 0.0:
+            return [failed]
+        until = simulate(scenario, **options, stop_time=error.time - 1e-3)
+    return [Trial(f"{name}, solved together, as long as there is a solution", *_grown(until)), failed]
+
+
+def _damped(scenario: Scenario) -> Scenario:
+    """Return a scenario with damping along the string."""
+    parts = {part.name: part for part in scenario.system.components}
+    damping = {**parts["plant"].parameters, "beta": BETA}
+    parts["plant"] = replace(parts["plant"], fmu="DrillstringDistributed", parameters=damping)
+    return replace(scenario, system=replace(scenario.system, components=tuple(parts.values())))
 
 
 @claim("(9), section 2.1")

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from cosim.stepping.loop.solver import LoopSolver
 from cosim.stepping.loop.trials import UnsolvedError
@@ -102,6 +104,28 @@ def test_a_jump_across_the_loop_is_found_and_not_taken_for_a_solution() -> None:
     assert (below.residual[0], above.residual[0]) == pytest.approx((37.5, -42.5))
     assert caught.value.best.miss >= 37.0
     assert caught.value.trials < 100
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.floats(0.05, 50.0), st.floats(1e-4, 0.999), st.sampled_from([-1.0, 1.0]), st.floats(-30.0, 30.0))
+def test_two_roots_on_one_side_of_a_pole_are_not_missed(k: float, part: float, side: float, start: float) -> None:
+    """x = s (k - c / (s x)) has two roots on one side of zero where c < k^2 / 4, and none where c is greater."""
+    c = part * k * k / 4.0
+    residual, calls = scalar(lambda x: side * (k - c / (side * x)) if x else math.inf)
+    values, _ = solver().solve(residual, np.array([start or 1.0]))
+    roots = side * 0.5 * k * (1.0 + np.array([-1.0, 1.0]) * math.sqrt(1.0 - part))
+    assert np.abs(values[0] - roots).min() <= 1e-8 * max(1.0, k) / math.sqrt(1.0 - part)
+    assert calls[-1] == values[0]
+
+
+@pytest.mark.parametrize("start", [-3.0, 0.2, 7.0])
+def test_a_pole_without_a_root_on_either_side_is_told_as_such(start: float) -> None:
+    residual, _ = scalar(lambda x: 4.0 - 4.1 / x if x else math.inf)
+    with pytest.raises(UnsolvedError) as caught:
+        solver().solve(residual, np.array([start]))
+    assert caught.value.jump is not None
+    assert abs(caught.value.jump[0].values[0]) < 1e-6
+    assert caught.value.trials < 200
 
 
 def test_a_loop_without_a_root_is_told_with_its_least_residual() -> None:

@@ -1,4 +1,8 @@
-"""One unknown, the sure way: a root where the residual changes its sign, or the jump that is there instead."""
+"""One unknown, the sure way: a root where the residual changes its sign.
+
+Where it changes its sign by a jump, as at a pole, both sides of the jump are searched for roots as well: next to a pole
+they come in pairs, between which the residual dips through zero and back.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +22,10 @@ _STRIDES = 12
 _NEAR = 1e-6
 _STEEPEST = 1e9
 _LEAST_WIDTH = 1e-14
+# The search beside a jump begins this near to it, and makes so many sections.
+_NEAREST = 1e-6
+_SECTIONS = 18
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 def find_root(trials: Trials) -> Trial:
@@ -36,7 +44,24 @@ def find_root(trials: Trials) -> Trial:
     found = _bracket(trials)
     if isinstance(found, Trial):
         return found
-    left, right = found
+    try:
+        return _narrow(trials, *found)
+    except UnsolvedError as failure:
+        if failure.jump is None:
+            raise
+        jump = failure.jump
+    for edge, direction in zip(jump, (-1.0, 1.0), strict=True):
+        dip = _dip(trials, edge, direction)
+        if dip is not None:
+            if trials.solved(dip):
+                return dip if dip is trials.made[-1] else trials.make(dip.values)
+            return _narrow(trials, *_sorted(_last_before(trials, edge, dip), dip))
+    trials.make(jump[0].values)  # so that guards and limits are seen as they are at the jump
+    raise UnsolvedError(trials, jump)
+
+
+def _narrow(trials: Trials, left: Trial, right: Trial) -> Trial:
+    """Find the root between two trials of different sign; UnsolvedError if there is a jump."""
     halve = False
     while True:
         width = _value(right) - _value(left)
@@ -56,6 +81,48 @@ def find_root(trials: Trials) -> Trial:
             right = trial
         # The secant is fast where the residual is smooth; where it did not help, halve.
         halve = _value(right) - _value(left) > 0.5 * width
+
+
+def _dip(trials: Trials, edge: Trial, direction: float) -> Trial | None:
+    """Search one side of a jump for a trial whose residual differs in sign from that next to it; None if none is met.
+
+    The search is by golden sections of the logarithm of the distance, along which c / x + x - k has one least value.
+    """
+    sign = math.copysign(1.0, _residual(edge))
+
+    def height(place: float) -> tuple[float, Trial]:
+        trial = trials.make(edge.values + direction * math.exp(place))
+        return (sign * _residual(trial) if trial.answered else math.inf), trial
+
+    low, high = math.log(_NEAREST), math.log(_FIRST_STRIDE * _GROWTH ** (_STRIDES - 1))
+    inner, outer = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    (first, at_inner), (second, at_outer) = height(inner), height(outer)
+    for _ in range(_SECTIONS):
+        for value, trial in ((first, at_inner), (second, at_outer)):
+            if value < 0.0 or trials.solved(trial):
+                return trial
+        if first <= second:
+            high, outer, second, at_outer = outer, inner, first, at_inner
+            inner = high - _GOLDEN * (high - low)
+            first, at_inner = height(inner)
+        else:
+            low, inner, first, at_inner = inner, outer, second, at_outer
+            outer = low + _GOLDEN * (high - low)
+            second, at_outer = height(outer)
+    return None
+
+
+def _last_before(trials: Trials, edge: Trial, dip: Trial) -> Trial:
+    """Return the trial nearest to a dip, between it and the jump, that has the sign of the edge."""
+    between = sorted((_value(edge), _value(dip)))
+    made = [trial for trial in trials.made if trial.answered and between[0] <= _value(trial) <= between[1]]
+    same = [trial for trial in made if _residual(trial) * _residual(edge) > 0.0]
+    return min(same, key=lambda trial: abs(_value(trial) - _value(dip)))
+
+
+def _sorted(one: Trial, other: Trial) -> tuple[Trial, Trial]:
+    """Return two trials, the one with the lesser value first."""
+    return (one, other) if _value(one) < _value(other) else (other, one)
 
 
 def _bracket(trials: Trials) -> Trial | tuple[Trial, Trial]:

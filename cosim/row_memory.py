@@ -35,7 +35,9 @@ class RowMemory:
             self._times = np.empty(expected)
             self._values = {column.name: np.empty(expected, column.dtype) for column in columns}
         except (MemoryError, ValueError) as error:
-            raise RunError(f"not enough memory to record {expected} communication points: {error}") from error
+            raise RunError(
+                f"not enough memory to record {expected} communication points ({error}); a streamed run keeps few of them"
+            ) from error
         self._filled = 0
 
     def take(self, rows: Rows) -> None:

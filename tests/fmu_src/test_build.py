@@ -171,7 +171,7 @@ def test_a_build_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
 def test_an_unknown_model_is_refused_with_the_list(tmp_path: Path) -> None:
     done = run(project.ROOT, "--output", tmp_path / "output", "WeightOnBitLaw", "Drillstring")
     assert done.returncode == 2
-    assert "Drillstring: no such model; expected any of DrillstringNeutral, DissipativeLaw" in done.stderr
+    assert f"Drillstring: no such model; expected any of {', '.join(MODELS)}" in done.stderr
     assert not (tmp_path / "output").exists()
 
 

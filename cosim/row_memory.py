@@ -36,7 +36,7 @@ class RowMemory:
             self._values = {column.name: np.empty(expected, column.dtype) for column in columns}
         except (MemoryError, ValueError) as error:
             raise RunError(
-                f"not enough memory to record {expected} communication points ({error}); a streamed run keeps few of them"
+                f"not enough memory to record {expected} communication points: {error}; a streamed run keeps few"
             ) from error
         self._filled = 0
 

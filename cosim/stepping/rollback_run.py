@@ -23,13 +23,11 @@ from cosim.stepping.initialisation import Settling
 from cosim.stepping.loop.coupled import CoupledLoop
 from cosim.stepping.loop.failure import reporter
 from cosim.stepping.rollback_plan import RollbackPlan, plan_rollback
-from cosim.stepping.run import Snapshot, block_arrays
+from cosim.stepping.run import MOST_STEPS, Snapshot, block_arrays
 from cosim.stepping.stage import Part, set_stage
 from cosim.stepping.step_control import StepControl
 from cosim.stepping.window_record import WindowRecord
 from cosim.system import System, split_name
-
-_MOST_ROWS = 4096
 
 
 class RollbackRun:
@@ -66,7 +64,7 @@ class RollbackRun:
             else (Explicit(repeated, [self._parts[name] for name in plan.last], EXPLICIT[method.algorithm]))
         )
         self.notes = _notes(method)
-        recording = WindowRecord(self._parts, self.notes, _MOST_ROWS)
+        recording = WindowRecord(self._parts, self.notes, MOST_STEPS)
         error = None
         if method.tolerance is not None:
             error = ErrorEstimate(repeated, method.tolerance, leads=method.implicit)

@@ -15,12 +15,14 @@ from cosim.stepping.initialisation import Settling
 Progress = Callable[[float], None]
 """Told now and then which part of the run is done, from 0 to 1."""
 
-_USUAL_WINDOWS, _LEAST_STEPS, _MOST_STEPS = 100, 32, 4096
+_USUAL_WINDOWS, _LEAST_STEPS = 100, 32
+MOST_STEPS = 4096
+"""In a window."""
 
 
 def window_size(steps: int) -> int:
     """Return how many of the steps of a run make a window: so few that there is little to wait for and to hold."""
-    return min(_MOST_STEPS, max(_LEAST_STEPS, steps // _USUAL_WINDOWS))
+    return min(MOST_STEPS, max(_LEAST_STEPS, steps // _USUAL_WINDOWS))
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from fmu_src import project
-from fmu_src.description import Packaging
-from fmu_src.errors import BuildError
-from fmu_src.native_build import FMI_HEADERS, Target
+from . import project
+from .description import Packaging
+from .errors import BuildError
+from .native_build import FMI_HEADERS, Target
 
 FOLDER = "documentation/licenses"
 ENTRY = f"{FOLDER}/license.txt"

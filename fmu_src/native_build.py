@@ -15,9 +15,9 @@ from pathlib import Path
 
 import fmpy  # pyright: ignore[reportMissingTypeStubs]
 
-from fmu_src import project
-from fmu_src.errors import BuildError
-from fmu_src.schema import Model
+from . import project
+from .errors import BuildError
+from .schema import Model
 
 NATIVE = project.SOURCES / "native"
 FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"

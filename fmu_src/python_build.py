@@ -5,9 +5,9 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
-from fmu_src.bundle import bundle
-from fmu_src.errors import BuildError
-from fmu_src.schema import Model
+from .bundle import bundle
+from .errors import BuildError
+from .schema import Model
 
 MAIN = '''\
 """The script that pythonfmu's library runs: once to import it, and once more for every instance."""

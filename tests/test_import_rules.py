@@ -16,13 +16,15 @@ MAY_USE_MODELS = ("scenario", "preset", "map", "sweep", "tuning", "tune", "repor
 
 def imported(path: Path) -> set[str]:
     """Return the parts of the project that a file imports, wherever in it the import stands."""
+    depth = len(path.relative_to(ROOT).parts) - 1
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            names.add("relative" if node.level else str(node.module))
-    return {name.split(".")[0] for name in names} & {*PARTS, "relative"}
+            inside = path.relative_to(ROOT).parts[0] if node.level <= depth else "outside"
+            names.add(inside if node.level else str(node.module))
+    return {name.split(".")[0] for name in names} & {*PARTS, "outside"}
 
 
 def allowed(path: Path) -> set[str]:

@@ -5,9 +5,13 @@
 #   make fuzz   make up calls to the C code of an FMU until one goes wrong (MODEL=, DURATION=)
 PYTHON ?= python3
 VENV   := .venv
+ifeq ($(OS),Windows_NT)
+BIN    := $(VENV)/Scripts
+else
 BIN    := $(VENV)/bin
+endif
 
-.PHONY: run test setup fmus all-fmus lint types unit verify coverage sanitize fuzz bench clean
+.PHONY: run test setup fmus all-fmus lint types unit verify coverage sanitize fuzz bench wheel check-release pins clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
@@ -16,13 +20,25 @@ test: lint types unit
 
 setup: $(VENV)/installed
 
-$(VENV)/installed: requirements.txt pyproject.toml
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
-	touch $@
+# Installs a file of hashed requirements: by uv where it is there, else by the environment's own pip.
+define install
+	@echo "installing $$(grep -c == $(1)) packages of $(1)"
+	@if command -v uv >/dev/null 2>&1; then uv pip install --python $(BIN)/python --require-hashes -r $(1); \
+	else $(BIN)/python -m pip install --disable-pip-version-check --require-hashes -r $(1); fi
+endef
 
-fmus: setup
+# To run is to build and couple FMUs: no test tools.
+$(VENV)/run-installed: requirements/run.txt pyproject.toml setup.py
+	$(PYTHON) -m venv $(VENV)
+	$(call install,requirements/run.txt)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(VENV)/installed: requirements/test.txt $(VENV)/run-installed
+	$(call install,requirements/test.txt)
+	@touch $@
+
+fmus: $(VENV)/run-installed
 	$(BIN)/python build_fmu.py
 
 # what a release holds and the tests examine: libraries for all platforms in every native FMU
@@ -40,7 +56,7 @@ unit: all-fmus
 	$(BIN)/python -m pytest
 
 # Also judged by `unit`, law by law; ARGUMENTS=--html=report.html writes a page, --write-claims docs/claims.md anew.
-verify: fmus
+verify: setup fmus
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.verify $(ARGUMENTS)
 
 # The C code: docs/hardening.md tells what these three need beside Python.
@@ -59,13 +75,38 @@ fuzz: setup
 	$(BIN)/python -m tests.native.fuzz $(MODEL) $(DURATION)
 
 # Compares with what users would do otherwise; numba, jitcdde (needs a C compiler) and pytest-benchmark are its own.
-bench: fmus $(VENV)/bench-installed
+bench: setup fmus $(VENV)/bench-installed
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest tests/bench -o python_files='bench_*.py' -o python_functions='bench_*' \
 	    --benchmark-columns=min,median,rounds --benchmark-sort=min --benchmark-group-by=group
 
-$(VENV)/bench-installed: requirements-bench.txt $(VENV)/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.txt
-	touch $@
+$(VENV)/bench-installed: requirements/bench.txt $(VENV)/installed
+	$(call install,requirements/bench.txt)
+	@touch $@
+
+# A wheel that runs in any folder without a compiler: it holds the FMUs and the step loop for every platform.
+wheel: setup
+	rm -rf dist/wheel
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --wheel-dir dist/wheel .
+
+# what is published: the wheel, tried in an empty environment, and every FMU, checked
+check-release: wheel all-fmus
+	$(BIN)/python -m pytest tests/packaging
+	for fmu in dist/native/*.fmu; do $(BIN)/cosim check $$fmu || exit 1; done
+
+# The pins anew: all that pyproject.toml asks for, of one resolution, for every platform and Python. UPGRADE= keeps
+# the versions there are as far as they fit.
+UPGRADE ?= --upgrade
+PIN     := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-strip-extras \
+    --no-annotate --no-header --no-emit-index-url --custom-compile-command "make pins" pyproject.toml
+pins: setup
+	$(PIN) $(UPGRADE) --extra build --extra theory --extra stream --extra container --extra test --extra docs --extra bench \
+	    -o requirements/all.txt
+	$(PIN) -c requirements/all.txt --extra build -o requirements/run.txt
+	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra container --extra test \
+	    -o requirements/test.txt
+	$(PIN) -c requirements/all.txt --extra bench -o requirements/bench.txt
+	$(PIN) -c requirements/all.txt --extra docs --extra theory -o requirements/docs.txt
+	rm requirements/all.txt
 
 clean:
 	rm -rf $(VENV) build dist runs

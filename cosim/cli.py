@@ -18,6 +18,7 @@ from cosim.check.table import print_report
 from cosim.choices import Choices
 from cosim.container import export_container
 from cosim.errors import InputError
+from cosim.handing_out import available_fmus, build_fmus, copy_fmus
 from cosim.isolation.process import Limits
 from cosim.job import Job, run_job
 from cosim.scenario_file import load_scenario, scenario_names
@@ -182,6 +183,36 @@ def check(
             write_junit(report, junit)
             console.print(Text(f"wrote {junit}"), soft_wrap=True)
     raise typer.Exit(0 if report.passed else 1)
+
+
+@app.command()
+def fmus(
+    folder: Annotated[
+        Path | None, typer.Argument(help="Where to copy them to; without it they are listed.", metavar="[FOLDER]")
+    ] = None,
+    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
+    force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
+) -> None:
+    """Hand out the FMU files, for the tool that is to import them."""
+    with sentences():
+        console = new_console()
+        if folder is None:
+            for path in available_fmus(packaging).values():
+                console.print(Text(str(path)), soft_wrap=True)
+            return
+        for path in copy_fmus(folder, packaging, replace=force):
+            console.print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+@app.command(
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []},
+    add_help_option=False,
+)
+def build(arguments: typer.Context) -> None:
+    """Build the FMUs anew, of either packaging; --help says how."""
+    with sentences():
+        code = build_fmus(arguments.args)
+    raise typer.Exit(code)
 
 
 def main() -> None:

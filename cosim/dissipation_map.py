@@ -11,9 +11,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from cosim.energy_report import CAUSES, EnergyGrowth, arriving_wave
+from cosim.mathematics import PrintedLoop
 from cosim.result import Result
 from cosim.signals import FloatArray
-from models.loop_set import PrintedLoop
 
 _SOLUTION, _GAP, _VISITED = "#0b5394", "#fbe3cf", "#6b6b6b"
 _CAUSE_COLOURS = ("#0b5394", "#2f6f4f", "#7a3b69", "#8a8a8a", "#b45309", "#5c2a00", "#e3a35f")

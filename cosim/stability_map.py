@@ -10,11 +10,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from models.bistability import Bistability
-from models.chart import StabilityChart
-from models.continuation import BranchPoint, input_of
-from models.cycle import peak_speed
-from models.equilibrium import equilibria
+from cosim.mathematics import Bistability, BranchPoint, StabilityChart, equilibria, input_of, peak_speed
 
 _LABELS = {
     "Omega": ("Drive speed [rad/s]", 1.0),

@@ -64,7 +64,9 @@ def _native(model: Model, targets: Sequence[Target], documents: dict[str, bytes]
     guid = packing.guid(identity | {"description": model_description(model, Packaging.NATIVE, "")})
     sources[TABLE_HEADER] = table_header(model, guid).encode()
     libraries = {
-        f"binaries/{target.folder}/{model.name}{target.extension}": native_build.compile_library(model, sources, target)
+        f"binaries/{target.folder}/{model.name}{target.extension}": native_build.compile_library(
+            model.name, sources, target
+        )
         for target in targets
     }
     shipped = {f"sources/{name}": content for name, content in sources.items()}

@@ -20,16 +20,20 @@ test: lint types unit
 
 setup: $(VENV)/installed
 
-# Installs a file of hashed requirements: by uv where it is there, else by the environment's own pip.
+# Installs a file of hashed requirements: by uv where it is there (UV=: not), else by the environment's own pip, or the
+# one that is asked for: PIP='pip==23.2.1', PIP='--upgrade pip'.
+UV  ?= $(shell command -v uv 2>/dev/null)
+PIP ?=
 define install
-	@echo "installing $$(grep -c == $(1)) packages of $(1)"
-	@if command -v uv >/dev/null 2>&1; then uv pip install --python $(BIN)/python --require-hashes -r $(1); \
-	else $(BIN)/python -m pip install --disable-pip-version-check --require-hashes -r $(1); fi
+	@echo "installing what $(1) pins, with $(or $(UV),pip)"
+	@$(if $(UV),$(UV) pip install --python $(BIN)/python,$(BIN)/python -m pip install --disable-pip-version-check) \
+	    --require-hashes -r $(1)
 endef
 
 # To run is to build and couple FMUs: no test tools.
 $(VENV)/run-installed: requirements/run.txt pyproject.toml setup.py
 	$(PYTHON) -m venv $(VENV)
+	$(if $(PIP),$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIP))
 	$(call install,requirements/run.txt)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
@@ -99,6 +103,7 @@ UPGRADE ?= --upgrade
 PIN     := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-strip-extras \
     --no-annotate --no-header --no-emit-index-url --custom-compile-command "make pins" pyproject.toml
 pins: setup
+	cp requirements/test.txt requirements/all.txt
 	$(PIN) $(UPGRADE) --extra build --extra theory --extra stream --extra container --extra test --extra docs --extra bench \
 	    -o requirements/all.txt
 	$(PIN) -c requirements/all.txt --extra build -o requirements/run.txt

@@ -18,7 +18,7 @@ from cosim.assembly import versions
 from cosim.choices import Choices
 from cosim.errors import CheckpointError, InputError, OutputError, RunInterruptedError
 from cosim.figure import draw
-from cosim.isolation.process import Limits
+from cosim.isolation.limits import Limits
 from cosim.job import Job, Outcome, Progress, assess, measures_from_json
 from cosim.scenario_source import opened_scenario
 from cosim.store import FIGURE, MANIFEST, UNFINISHED, read_manifest, refuse_occupied, variant_entry, write_manifest

@@ -16,6 +16,7 @@ from typing import Any
 
 from cosim.assembly import versions
 from cosim.choices import Choices
+from cosim.commit import commit
 from cosim.errors import CheckpointError, InputError, OutputError, RunInterruptedError
 from cosim.figure import draw
 from cosim.isolation.limits import Limits
@@ -81,6 +82,7 @@ def stream_job(job: Job, source: str, streaming: Streaming, folder: Path, progre
         "title": job.scenario.title,
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": versions(),
+        "commit": commit(),
     }
     try:
         folder.mkdir(parents=True, exist_ok=True)

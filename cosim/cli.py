@@ -1,10 +1,10 @@
-"""The command `cosim`."""
+"""The command `cosim`; each of its commands imports what it needs, so that help and lists are there at once."""
 
 from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -12,22 +12,15 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from cosim.check import TIME_LIMIT, check_fmu
-from cosim.check.junit import write_junit
-from cosim.check.table import print_report
-from cosim.choices import Choices
-from cosim.container import export_container
 from cosim.errors import InputError
 from cosim.handing_out import available_fmus, build_fmus, copy_fmus
-from cosim.isolation.process import Limits
-from cosim.job import Job, run_job
-from cosim.scenario_file import load_scenario, scenario_names
-from cosim.scenario_source import opened_scenario
-from cosim.signals import Value
-from cosim.ssp.writing import export_ssp
-from cosim.streaming.stream import INTERVAL
-from cosim.streaming.stream_job import Streaming, resume_job, stream_job
+from cosim.isolation.limits import Limits
 from cosim.terminal import new_console, print_outcomes, progress_bar, sentences
+
+if TYPE_CHECKING:
+    from cosim.job import Job
+    from cosim.signals import Value
+    from cosim.streaming.stream_job import Streaming
 
 app = typer.Typer(
     help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
@@ -37,9 +30,29 @@ app = typer.Typer(
 )
 
 
+def _show_version(wanted: bool) -> None:
+    """Write the version and leave."""
+    if wanted:
+        from cosim import __version__
+
+        new_console().print(f"cosim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version and exit.", callback=_show_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Take the options that go before any command."""
+
+
 @app.command("list")
 def list_scenarios() -> None:
     """List the scenarios that come with the package."""
+    from cosim.scenario_file import load_scenario, scenario_names
+
     table = Table("scenario", "what it shows", "variants", box=None, pad_edge=False, header_style="bold")
     with sentences():
         for name in scenario_names():
@@ -90,6 +103,11 @@ def run(
     ] = None,
 ) -> None:
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
+    from cosim.choices import Choices
+    from cosim.job import Job, run_job
+    from cosim.scenario_source import opened_scenario
+    from cosim.streaming.stream_job import stream_job
+
     with sentences(), opened_scenario(scenario, stop_time, step_size) as loaded:
         choices = Choices(
             packaging=packaging,
@@ -119,6 +137,8 @@ def resume(
     folder: Annotated[Path, typer.Argument(help="Of an unfinished run with --stream.", metavar="FOLDER")],
 ) -> None:
     """Go on with a streamed run that was interrupted, from its last checkpoint."""
+    from cosim.streaming.stream_job import resume_job
+
     with sentences():
         jobs: list[Job] = []
         with progress_bar() as bar:
@@ -147,6 +167,10 @@ def export(
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
 ) -> None:
     """Write a scenario, with its FMUs, as one file that other tools read: SSP 1.0, or an FMU of FMUs."""
+    from cosim.container import export_container
+    from cosim.scenario_source import opened_scenario
+    from cosim.ssp.writing import export_ssp
+
     with sentences(), opened_scenario(scenario) as loaded:
         wanted = [(file, ".ssp", export_ssp), (container, ".fmu", export_container)]
         targets = [(path, suffix, write) for path, suffix, write in wanted if path is not None]
@@ -168,18 +192,26 @@ def check(
         Path | None, typer.Option(help="Folder with reference experiments, instead of those in the FMU.")
     ] = None,
     junit: Annotated[Path | None, typer.Option(help="Write a JUnit XML file as well.")] = None,
-    time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds each check may take.")] = TIME_LIMIT,
+    time_limit: Annotated[
+        float | None, typer.Option(min=0.1, help="Seconds each check may take, by default 60.")
+    ] = None,
 ) -> None:
     """Check an FMU: file, description, claims, and reference results; exit with 0 if nothing fails, else with 1."""
+    from cosim.check import TIME_LIMIT, check_fmu
+    from cosim.check.table import print_report
+
     with sentences():
         errors = Console(stderr=True)
         with errors.status("checking") as status:
+            limit = TIME_LIMIT if time_limit is None else time_limit
             report = check_fmu(
-                fmu, reference, time_limit=time_limit, tell=lambda name: status.update(f"checking {escape(name)}")
+                fmu, reference, time_limit=limit, tell=lambda name: status.update(f"checking {escape(name)}")
             )
         console = new_console()
         print_report(console, report)
         if junit is not None:
+            from cosim.check.junit import write_junit
+
             write_junit(report, junit)
             console.print(Text(f"wrote {junit}"), soft_wrap=True)
     raise typer.Exit(0 if report.passed else 1)
@@ -222,6 +254,9 @@ def main() -> None:
 
 def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:
     """Read how to stream, if at all."""
+    from cosim.streaming.stream import INTERVAL
+    from cosim.streaming.stream_job import Streaming
+
     asked = {"--every": every, "--csv": csv, "--checkpoint": checkpoint is not None}
     if not stream:
         for name, given in asked.items():

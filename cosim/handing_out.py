@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from cosim.errors import FmuFileError, InputError, OutputError, suggestion
+from cosim.errors import FmuFileError, InputError, MissingPackageError, OutputError, suggestion
 from cosim.fmu.locate import PACKAGINGS, how_to_build, promised_fmus
 
 _NEEDED = ("ziglang", "pythonfmu", "jinja2")
@@ -78,12 +78,12 @@ def build_fmus(arguments: Sequence[str]) -> int:
 
     Raises
     ------
-    InputError
+    MissingPackageError
         If what building needs is not installed.
     """
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:
         brings = 'pip install "drillstring-cosim[build]" brings all of it'
-        raise InputError(f"building FMUs needs {', '.join(missing)}; {brings}")
+        raise MissingPackageError(f"building FMUs needs {', '.join(missing)}; {brings}")
     command = [sys.executable, "-m", "cosim.fmu_src", *arguments]
     return subprocess.run(command, check=False).returncode

@@ -6,8 +6,9 @@ alone (setup.py); a type checker, which reads folders, knows it as `models`. Thi
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from cosim.optional import require
 
 if TYPE_CHECKING:
     from models.arrays import BoolArray
@@ -58,4 +59,5 @@ def __getattr__(name: str) -> object:
     """Import a name when it is first asked for: some of these need SciPy, and most users of the master none."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"cosim.models.{_HOMES[name]}"), name)
+    module = require(f"cosim.models.{_HOMES[name]}", extra="theory", purpose=f"{name} of the theory")
+    return getattr(module, name)

@@ -245,7 +245,7 @@ def is_gone(process: int) -> bool:
 def test_an_interrupt_ends_the_process_as_well(running, number: signal.Signals) -> None:
     master, child = running
     master.send_signal(number)
-    _, said = master.communicate(timeout=60)
+    _, said = master.communicate()
     assert master.returncode == 130
     assert "interrupted; nothing was written" in said
     assert is_gone(child)

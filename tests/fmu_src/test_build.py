@@ -16,6 +16,7 @@ from fmpy.validation import validate_fmu
 
 from fmu_src import project
 from fmu_src.interface import MODELS
+from tests.once import built_once
 
 PACKAGINGS = ("native", "python")
 
@@ -48,11 +49,14 @@ def copy_sources(to: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    output = tmp_path_factory.mktemp("built")
-    done = run(project.ROOT, "--output", output)
-    assert done.returncode == 0, done.stderr
-    return output
+def built(run_folder: Path) -> Path:
+    """All FMUs in both packagings, for this platform alone."""
+
+    def build(output: Path) -> None:
+        done = run(project.ROOT, "--output", output)
+        assert done.returncode == 0, done.stderr
+
+    return built_once(run_folder / "built", build)
 
 
 @pytest.mark.parametrize("packaging", PACKAGINGS)
@@ -109,6 +113,7 @@ def assert_same_files(folder: Path, other: Path) -> None:
         assert (other / path).read_bytes() == (folder / path).read_bytes(), path
 
 
+@pytest.mark.cross_build
 def test_a_build_elsewhere_from_nothing_gives_the_bytes_of_dist(tmp_path: Path) -> None:
     elsewhere = copy_sources(tmp_path / "some where" / "else")
     environment = {
@@ -131,6 +136,7 @@ def test_the_installed_package_builds_the_same_bytes(built: Path, tmp_path: Path
     assert_same_files(built, tmp_path / "output")
 
 
+@pytest.mark.cross_build
 @pytest.mark.parametrize("name", MODELS)
 def test_a_library_is_the_same_whatever_others_are_beside_it(built: Path, name: str) -> None:
     alone, among = (zipfile.ZipFile(folder / "native" / f"{name}.fmu") for folder in (built, DIST))

@@ -22,6 +22,8 @@ from cosim.isolation.slave import open_isolated_fmu
 from cosim.record import allocate_block
 from cosim.result import Result
 
+pytestmark = pytest.mark.slow
+
 LIMITS = Limits(time=2.0, memory=64e6)
 SEGFAULT, ABORT, EXIT, HANG, GROW, DEMAND, SHOUT = range(10, 17)
 

@@ -113,6 +113,7 @@ def assert_same_files(folder: Path, other: Path) -> None:
         assert (other / path).read_bytes() == (folder / path).read_bytes(), path
 
 
+@pytest.mark.slow
 @pytest.mark.cross_build
 def test_a_build_elsewhere_from_nothing_gives_the_bytes_of_dist(tmp_path: Path) -> None:
     elsewhere = copy_sources(tmp_path / "some where" / "else")
@@ -127,6 +128,7 @@ def test_a_build_elsewhere_from_nothing_gives_the_bytes_of_dist(tmp_path: Path) 
     assert_same_files(DIST, output)
 
 
+@pytest.mark.slow
 def test_the_installed_package_builds_the_same_bytes(built: Path, tmp_path: Path) -> None:
     source, place = copy_sources(tmp_path / "source"), tmp_path / "installed"
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]

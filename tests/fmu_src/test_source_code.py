@@ -22,6 +22,8 @@ from fmu_src.native_build import FMI_HEADERS
 from tests.fmu_src.conftest import Instance
 from tests.once import built_once
 
+pytestmark = pytest.mark.slow
+
 NATIVE = Path(__file__).parents[2] / "dist" / "native"
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic")

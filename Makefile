@@ -1,5 +1,6 @@
 # Everything a fresh clone needs: python3, make and a package index.
 #   make run    build the FMUs, couple them, show the stick-slip cycle of the paper's Fig. 2
+#   make quick  format, lint, types, and the tests that take a moment and need no other platform's libraries
 #   make test   format, lint, types, and every test
 #   make verify hold the product against laws, and the paper's claims against the product: a report
 #   make fuzz   make up calls to the C code of an FMU until one goes wrong (MODEL=, DURATION=)
@@ -11,10 +12,13 @@ else
 BIN    := $(VENV)/bin
 endif
 
-.PHONY: run test setup fmus all-fmus lint types unit verify coverage sanitize fuzz bench wheel check-release pins clean
+.PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify coverage sanitize fuzz bench wheel \
+    check-release pins clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
+
+quick: lint types quick-unit
 
 test: lint types unit
 
@@ -56,8 +60,14 @@ lint: setup
 types: setup
 	$(BIN)/basedpyright
 
+# A module's tests stay in one process, so what they share is made once; tests/conftest.py puts the costly ones first.
+PYTEST = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadscope --no-loadscope-reorder
+
+quick-unit: setup fmus
+	$(PYTEST) -m "not slow and not cross_build and not emulator and not hardening"
+
 unit: all-fmus
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 # Also judged by `unit`, law by law; ARGUMENTS=--html=report.html writes a page, --write-claims docs/claims.md anew.
 verify: setup fmus

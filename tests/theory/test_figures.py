@@ -17,6 +17,8 @@ from models.loop_set import PrintedLoop
 from tests.theory.strings import NOMINAL, PAPER
 from tests.theory.test_bistability import over_omega
 
+pytestmark = pytest.mark.slow
+
 
 def share(path: Path, low: tuple[float, float, float], high: tuple[float, float, float]) -> float:
     """Return the share of pixels whose red, green and blue lie between two colours."""

@@ -15,7 +15,7 @@ from rich.text import Text
 from cosim.errors import InputError
 from cosim.handing_out import available_fmus, build_fmus, copy_fmus
 from cosim.isolation.limits import Limits
-from cosim.terminal import new_console, print_outcomes, progress_bar, sentences
+from cosim.terminal import new_console, prepare_step_loop, print_outcomes, progress_bar, sentences
 
 if TYPE_CHECKING:
     from cosim.job import Job
@@ -123,6 +123,7 @@ def run(
         streaming = _streaming(stream, every, csv, checkpoint)
         job = Job(loaded, choices, tuple(dict.fromkeys(variant or ())))
         folder = output or Path("runs", loaded.name)
+        prepare_step_loop(job)
         with progress_bar() as bar:
             bar.show(job)
             if streaming is None:

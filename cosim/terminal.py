@@ -57,6 +57,18 @@ def sentences() -> Generator[None]:
         logger.removeHandler(handler)
 
 
+def prepare_step_loop(job: Job) -> None:
+    """Get the compiled step loop if the job takes it, and show that one waits where it has to be compiled first."""
+    from cosim.assembly import chosen_method
+    from cosim.stepping.step_library import step_library
+
+    method = chosen_method(job.scenario, job.choices)
+    isolated = job.choices.isolate or any(part.isolate for part in job.scenario.system.components)
+    if method.compiled and not method.implicit and method.tolerance is None and not isolated:
+        with Console(stderr=True).status("preparing the step loop; compiling it, once, takes some seconds"):
+            step_library()
+
+
 class Bar:
     """A progress bar for each variant."""
 

@@ -34,5 +34,7 @@ def _libraries(model: Model) -> dict[str, bytes]:
     folder = Path(spec.origin).parent / "resources" / "binaries" if spec and spec.origin else None
     paths = sorted(path for path in folder.glob("*/*") if path.suffix in (".so", ".dll", ".dylib")) if folder else []
     if not paths:
-        raise BuildError("the installed pythonfmu brings no libraries; install the version pinned in requirements/run.txt")
+        raise BuildError(
+            "the installed pythonfmu brings no libraries; install the version pinned in requirements/run.txt"
+        )
     return {f"binaries/{path.parent.name}/{model.name}{path.suffix}": path.read_bytes() for path in paths}

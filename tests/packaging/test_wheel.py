@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 LIMIT = 8e6  # bytes of the wheel
 INSTALLED_LIMIT = 350e6  # bytes with all that it depends on
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.cross_build]
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,6 @@ from rich.table import Table
 from rich.text import Text
 
 from cosim.errors import InputError
-from cosim.handing_out import available_fmus, build_fmus, copy_fmus
 from cosim.isolation.limits import Limits
 from cosim.terminal import new_console, prepare_step_loop, print_outcomes, progress_bar, sentences
 
@@ -227,6 +226,8 @@ def fmus(
     force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
 ) -> None:
     """Hand out the FMU files, for the tool that is to import them."""
+    from cosim.handing_out import available_fmus, copy_fmus
+
     with sentences():
         console = new_console()
         if folder is None:
@@ -243,6 +244,8 @@ def fmus(
 )
 def build(arguments: typer.Context) -> None:
     """Build the FMUs anew, of either packaging; --help says how."""
+    from cosim.handing_out import build_fmus
+
     with sentences():
         code = build_fmus(arguments.args)
     raise typer.Exit(code)

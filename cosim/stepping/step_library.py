@@ -36,8 +36,8 @@ _FLAGS = (
 
 
 @cache
-def step_library() -> ctypes.CDLL | None:
-    """Return the library; None, with a message, if it cannot be had.
+def step_library() -> tuple[ctypes.CDLL | None, str]:
+    """Return the library; or None, with a message, and why it cannot be had.
 
     A wheel brings it. Otherwise it is compiled, unless a former run has done so: it is kept in the user's cache folder
     (on Linux $XDG_CACHE_HOME/drillstring-cosim), by what it is made from. No file is loaded whose SHA-256 is not what
@@ -47,15 +47,14 @@ def step_library() -> ctypes.CDLL | None:
         source = _SOURCE.read_bytes()
         packaged = _PACKAGED / _file_name(hashlib.sha256(source).hexdigest()[:16])
         if _is_whole(packaged):
-            return ctypes.CDLL(str(packaged))
-        if util.find_spec("ziglang") is None:
-            why = 'compiling it needs ziglang; pip install "drillstring-cosim[build]" brings it'
-            log.warning("the compiled step loop cannot be had, so steps are taken in Python: %s", why)
-            return None
-        return _cached(source)
+            return ctypes.CDLL(str(packaged)), ""
+        if util.find_spec("ziglang") is not None:
+            return _cached(source), ""
+        why = 'compiling it needs ziglang; pip install "drillstring-cosim[build]" brings it'
     except (OSError, subprocess.SubprocessError, metadata.PackageNotFoundError) as error:
-        log.warning("the compiled step loop cannot be had, so steps are taken in Python: %s", _reason(error))
-        return None
+        why = _reason(error)
+    log.warning("the compiled step loop cannot be had, so steps are taken in Python: %s", why)
+    return None, why
 
 
 def _file_name(origin: str) -> str:

@@ -163,8 +163,7 @@ def loop_library(slaves: Mapping[str, Slave]) -> tuple[Any, str]:
     foreign = [name for name, slave in slaves.items() if not isinstance(slave, FmuSlave)]
     if foreign:
         return None, f"{foreign[0]} is no FMU in this process"
-    library = step_library()
-    return library, "" if library is not None else "the compiled step loop cannot be had"
+    return step_library()
 
 
 def _address(function: Any) -> c_void_p:

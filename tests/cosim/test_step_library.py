@@ -32,13 +32,13 @@ def kept(home: Path) -> Path:
 
 @pytest.mark.parametrize("damage", [b"", b"no library", None])
 def test_a_damaged_library_in_the_cache_is_made_anew(home: Path, damage: bytes | None) -> None:
-    assert step_library() is not None
+    assert step_library()[0] is not None
     path = kept(home)
     whole = path.read_bytes()
     path.unlink()  # the loaded one stays mapped
     path.write_bytes(bytes([whole[0] ^ 1]) + whole[1:] if damage is None else damage)
     step_library.cache_clear()
-    assert step_library() is not None
+    assert step_library()[0] is not None
     assert path.read_bytes() == whole
 
 
@@ -47,13 +47,13 @@ def test_a_home_that_cannot_be_written_costs_the_cache_and_not_the_loop(
 ) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setattr(module, "user_cache_path", lambda name: tmp_path / "file" / name)
-    assert step_library() is not None
+    assert step_library()[0] is not None
 
 
 def test_the_library_that_came_with_the_package_is_used(
     home: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    assert step_library() is not None
+    assert step_library()[0] is not None
     source = hashlib.sha256(Path(module.__file__).with_name("native").joinpath("step_loop.c").read_bytes()).hexdigest()
     compiled = kept(home)
     packaged = tmp_path / "built" / module._file_name(source[:16])
@@ -63,7 +63,7 @@ def test_the_library_that_came_with_the_package_is_used(
     monkeypatch.setattr(module, "_PACKAGED", packaged.parent)
     monkeypatch.setattr(module, "_cached", lambda source: pytest.fail("compiled in spite of the packaged one"))
     step_library.cache_clear()
-    library = step_library()
+    library, _ = step_library()
     assert library is not None
     assert library._name == str(packaged)
 
@@ -73,5 +73,7 @@ def test_without_the_compiler_the_way_to_get_it_is_told(
 ) -> None:
     monkeypatch.setattr(module.util, "find_spec", lambda name: None)
     with caplog.at_level(logging.WARNING):
-        assert step_library() is None
-    assert 'ziglang; pip install "drillstring-cosim[build]" brings it' in caplog.text
+        library, why = step_library()
+    assert library is None
+    assert why in caplog.text
+    assert 'ziglang; pip install "drillstring-cosim[build]" brings it' in why

@@ -96,7 +96,7 @@ def test_the_main_job_runs_anywhere_with_the_compiled_loop(environment: Path, pr
     for digits in ("3.2256227", "18.7605", "0.458836"):
         assert digits in done.stdout
     manifest = json.loads((project / "runs" / "stick-slip" / "manifest.json").read_text(encoding="utf-8"))
-    assert manifest["variants"][0]["compiled"] is True
+    assert manifest["variants"][0]["step_loop"] == "compiled"
 
 
 def test_a_project_with_a_package_of_that_name_keeps_it(environment: Path, project: Path) -> None:

@@ -28,7 +28,6 @@ VERDICTS = (
     "tests/oracle/test_oracle.py::test_bit_rests_on_where_a_falling_torque_touches_the_static_one_to_rounding",
     "tests/oracle/test_oracle.py::test_slip_much_shorter_than_a_piece_is_as_long_as_by_hand",
     "tests/theory/test_equilibria.py",
-    "tests/theory/test_normalised_form.py",
 )
 
 

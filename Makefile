@@ -1,28 +1,52 @@
 # Everything a fresh clone needs: python3, make and a package index.
 #   make run    build the FMUs, couple them, show the stick-slip cycle of the paper's Fig. 2
+#   make quick  format, lint, types, and the tests that take a moment and need no other platform's libraries
 #   make test   format, lint, types, and every test
 #   make verify hold the product against laws, and the paper's claims against the product: a report
 #   make fuzz   make up calls to the C code of an FMU until one goes wrong (MODEL=, DURATION=)
 PYTHON ?= python3
 VENV   := .venv
+ifeq ($(OS),Windows_NT)
+BIN    := $(VENV)/Scripts
+else
 BIN    := $(VENV)/bin
+endif
 
-.PHONY: run test setup fmus all-fmus lint types unit verify coverage sanitize fuzz bench clean
+.PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify coverage sanitize fuzz bench wheel \
+    check-release pins clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
+
+quick: lint types quick-unit
 
 test: lint types unit
 
 setup: $(VENV)/installed
 
-$(VENV)/installed: requirements.txt pyproject.toml
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
-	touch $@
+# Installs a file of hashed requirements: by uv where it is there (UV=: not), else by the environment's own pip, or the
+# one that is asked for: PIP='pip==23.2.1', PIP='--upgrade pip'.
+UV  ?= $(shell command -v uv 2>/dev/null)
+PIP ?=
+define install
+	@echo "installing what $(1) pins, with $(or $(UV),pip)"
+	@$(if $(UV),$(UV) pip install --python $(BIN)/python,$(BIN)/python -m pip install --disable-pip-version-check) \
+	    --require-hashes -r $(1)
+endef
 
-fmus: setup
+# To run is to build and couple FMUs: no test tools.
+$(VENV)/run-installed: requirements/run.txt pyproject.toml setup.py
+	$(PYTHON) -m venv $(VENV)
+	$(if $(PIP),$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIP))
+	$(call install,requirements/run.txt)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(VENV)/installed: requirements/test.txt $(VENV)/run-installed
+	$(call install,requirements/test.txt)
+	@touch $@
+
+fmus: $(VENV)/run-installed
 	$(BIN)/python build_fmu.py
 
 # what a release holds and the tests examine: libraries for all platforms in every native FMU
@@ -36,11 +60,17 @@ lint: setup
 types: setup
 	$(BIN)/basedpyright
 
+# A module's tests stay in one process, so what they share is made once; tests/conftest.py puts the costly ones first.
+PYTEST = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadscope --no-loadscope-reorder
+
+quick-unit: setup fmus
+	$(PYTEST) -m "not slow and not cross_build and not emulator and not hardening"
+
 unit: all-fmus
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 # Also judged by `unit`, law by law; ARGUMENTS=--html=report.html writes a page, --write-claims docs/claims.md anew.
-verify: fmus
+verify: setup fmus
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.verify $(ARGUMENTS)
 
 # The C code: docs/hardening.md tells what these three need beside Python.
@@ -59,13 +89,39 @@ fuzz: setup
 	$(BIN)/python -m tests.native.fuzz $(MODEL) $(DURATION)
 
 # Compares with what users would do otherwise; numba, jitcdde (needs a C compiler) and pytest-benchmark are its own.
-bench: fmus $(VENV)/bench-installed
+bench: setup fmus $(VENV)/bench-installed
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest tests/bench -o python_files='bench_*.py' -o python_functions='bench_*' \
 	    --benchmark-columns=min,median,rounds --benchmark-sort=min --benchmark-group-by=group
 
-$(VENV)/bench-installed: requirements-bench.txt $(VENV)/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.txt
-	touch $@
+$(VENV)/bench-installed: requirements/bench.txt $(VENV)/installed
+	$(call install,requirements/bench.txt)
+	@touch $@
+
+# A wheel that runs in any folder without a compiler: it holds the FMUs and the step loop for every platform.
+wheel: setup
+	rm -rf dist/wheel
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --wheel-dir dist/wheel .
+
+# what is published: the wheel, tried in an empty environment, and every FMU, checked
+check-release: wheel all-fmus
+	$(BIN)/python -m pytest tests/packaging
+	for fmu in dist/native/*.fmu; do $(BIN)/cosim check $$fmu || exit 1; done
+
+# The pins anew: all that pyproject.toml asks for, of one resolution, for every platform and Python. UPGRADE= keeps
+# the versions there are as far as they fit.
+UPGRADE ?= --upgrade
+PIN     := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-strip-extras \
+    --no-annotate --no-header --no-emit-index-url --custom-compile-command "make pins" pyproject.toml
+pins: setup
+	cp requirements/test.txt requirements/all.txt
+	$(PIN) $(UPGRADE) --extra build --extra theory --extra stream --extra container --extra test --extra docs --extra bench \
+	    -o requirements/all.txt
+	$(PIN) -c requirements/all.txt --extra build -o requirements/run.txt
+	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra container --extra test \
+	    -o requirements/test.txt
+	$(PIN) -c requirements/all.txt --extra bench -o requirements/bench.txt
+	$(PIN) -c requirements/all.txt --extra docs --extra theory -o requirements/docs.txt
+	rm requirements/all.txt
 
 clean:
 	rm -rf $(VENV) build dist runs

@@ -23,6 +23,7 @@ from cosim.fmu.model_description import read_description
 from cosim.fmu.slave import open_fmu
 from cosim.isolation.slave import open_isolated_fmu
 from cosim.master import Master
+from cosim.method import Method
 from cosim.scenario import Scenario
 from cosim.signals import Signal, Value
 from cosim.slave import Slave
@@ -67,8 +68,7 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
         If a component cannot be instantiated.
     """
     variant = scenario.variant(choices.variant)
-    settings = {"algorithm": choices.algorithm, "tolerance": choices.tolerance, "on_failure": choices.on_failure}
-    method = replace(scenario.method, **{name: value for name, value in settings.items() if value is not None})
+    method = chosen_method(scenario, choices)
     system = scenario.system_of(variant, choices.overrides)
     paths = {part.name: locate_fmu(part.fmu, choices.packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
@@ -101,6 +101,12 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
             "versions": versions(),
         }
         yield Assembly(master, descriptions, provenance, loading)
+
+
+def chosen_method(scenario: Scenario, choices: Choices) -> Method:
+    """Return the scenario's method with the settings that were chosen instead; raises InputError if they are wrong."""
+    settings = {"algorithm": choices.algorithm, "tolerance": choices.tolerance, "on_failure": choices.on_failure}
+    return replace(scenario.method, **{name: value for name, value in settings.items() if value is not None})
 
 
 def versions() -> dict[str, str]:

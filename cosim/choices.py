@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from cosim.isolation.process import Limits
+from cosim.isolation.limits import Limits
 from cosim.signals import Value
 
 

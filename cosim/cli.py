@@ -1,10 +1,10 @@
-"""The command `cosim`."""
+"""The command `cosim`; each of its commands imports what it needs, so that help and lists are there at once."""
 
 from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -12,21 +12,15 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from cosim.check import TIME_LIMIT, check_fmu
-from cosim.check.junit import write_junit
-from cosim.check.table import print_report
-from cosim.choices import Choices
-from cosim.container import export_container
 from cosim.errors import InputError
-from cosim.isolation.process import Limits
-from cosim.job import Job, run_job
-from cosim.scenario_file import load_scenario, scenario_names
-from cosim.scenario_source import opened_scenario
-from cosim.signals import Value
-from cosim.ssp.writing import export_ssp
-from cosim.streaming.stream import INTERVAL
-from cosim.streaming.stream_job import Streaming, resume_job, stream_job
-from cosim.terminal import new_console, print_outcomes, progress_bar, sentences
+from cosim.handing_out import available_fmus, build_fmus, copy_fmus
+from cosim.isolation.limits import Limits
+from cosim.terminal import new_console, prepare_step_loop, print_outcomes, progress_bar, sentences
+
+if TYPE_CHECKING:
+    from cosim.job import Job
+    from cosim.signals import Value
+    from cosim.streaming.stream_job import Streaming
 
 app = typer.Typer(
     help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
@@ -36,9 +30,29 @@ app = typer.Typer(
 )
 
 
+def _show_version(wanted: bool) -> None:
+    """Write the version and leave."""
+    if wanted:
+        from cosim import __version__
+
+        new_console().print(f"cosim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version and exit.", callback=_show_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Take the options that go before any command."""
+
+
 @app.command("list")
 def list_scenarios() -> None:
     """List the scenarios that come with the package."""
+    from cosim.scenario_file import load_scenario, scenario_names
+
     table = Table("scenario", "what it shows", "variants", box=None, pad_edge=False, header_style="bold")
     with sentences():
         for name in scenario_names():
@@ -89,6 +103,11 @@ def run(
     ] = None,
 ) -> None:
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
+    from cosim.choices import Choices
+    from cosim.job import Job, run_job
+    from cosim.scenario_source import opened_scenario
+    from cosim.streaming.stream_job import stream_job
+
     with sentences(), opened_scenario(scenario, stop_time, step_size) as loaded:
         choices = Choices(
             packaging=packaging,
@@ -104,6 +123,7 @@ def run(
         streaming = _streaming(stream, every, csv, checkpoint)
         job = Job(loaded, choices, tuple(dict.fromkeys(variant or ())))
         folder = output or Path("runs", loaded.name)
+        prepare_step_loop(job)
         with progress_bar() as bar:
             bar.show(job)
             if streaming is None:
@@ -118,6 +138,8 @@ def resume(
     folder: Annotated[Path, typer.Argument(help="Of an unfinished run with --stream.", metavar="FOLDER")],
 ) -> None:
     """Go on with a streamed run that was interrupted, from its last checkpoint."""
+    from cosim.streaming.stream_job import resume_job
+
     with sentences():
         jobs: list[Job] = []
         with progress_bar() as bar:
@@ -146,6 +168,10 @@ def export(
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
 ) -> None:
     """Write a scenario, with its FMUs, as one file that other tools read: SSP 1.0, or an FMU of FMUs."""
+    from cosim.container import export_container
+    from cosim.scenario_source import opened_scenario
+    from cosim.ssp.writing import export_ssp
+
     with sentences(), opened_scenario(scenario) as loaded:
         wanted = [(file, ".ssp", export_ssp), (container, ".fmu", export_container)]
         targets = [(path, suffix, write) for path, suffix, write in wanted if path is not None]
@@ -167,21 +193,59 @@ def check(
         Path | None, typer.Option(help="Folder with reference experiments, instead of those in the FMU.")
     ] = None,
     junit: Annotated[Path | None, typer.Option(help="Write a JUnit XML file as well.")] = None,
-    time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds each check may take.")] = TIME_LIMIT,
+    time_limit: Annotated[
+        float | None, typer.Option(min=0.1, help="Seconds each check may take, by default 60.")
+    ] = None,
 ) -> None:
     """Check an FMU: file, description, claims, and reference results; exit with 0 if nothing fails, else with 1."""
+    from cosim.check import TIME_LIMIT, check_fmu
+    from cosim.check.table import print_report
+
     with sentences():
         errors = Console(stderr=True)
         with errors.status("checking") as status:
+            limit = TIME_LIMIT if time_limit is None else time_limit
             report = check_fmu(
-                fmu, reference, time_limit=time_limit, tell=lambda name: status.update(f"checking {escape(name)}")
+                fmu, reference, time_limit=limit, tell=lambda name: status.update(f"checking {escape(name)}")
             )
         console = new_console()
         print_report(console, report)
         if junit is not None:
+            from cosim.check.junit import write_junit
+
             write_junit(report, junit)
             console.print(Text(f"wrote {junit}"), soft_wrap=True)
     raise typer.Exit(0 if report.passed else 1)
+
+
+@app.command()
+def fmus(
+    folder: Annotated[
+        Path | None, typer.Argument(help="Where to copy them to; without it they are listed.", metavar="[FOLDER]")
+    ] = None,
+    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
+    force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
+) -> None:
+    """Hand out the FMU files, for the tool that is to import them."""
+    with sentences():
+        console = new_console()
+        if folder is None:
+            for path in available_fmus(packaging).values():
+                console.print(Text(str(path)), soft_wrap=True)
+            return
+        for path in copy_fmus(folder, packaging, replace=force):
+            console.print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+@app.command(
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []},
+    add_help_option=False,
+)
+def build(arguments: typer.Context) -> None:
+    """Build the FMUs anew, of either packaging; --help says how."""
+    with sentences():
+        code = build_fmus(arguments.args)
+    raise typer.Exit(code)
 
 
 def main() -> None:
@@ -191,6 +255,9 @@ def main() -> None:
 
 def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:
     """Read how to stream, if at all."""
+    from cosim.streaming.stream import INTERVAL
+    from cosim.streaming.stream_job import Streaming
+
     asked = {"--every": every, "--csv": csv, "--checkpoint": checkpoint is not None}
     if not stream:
         for name, given in asked.items():

@@ -27,6 +27,7 @@ from cosim.description import Description, Unit
 from cosim.errors import InputError
 from cosim.fmu.locate import locate_fmu
 from cosim.fmu.model_description import read_description
+from cosim.optional import require
 from cosim.packing import pack, put_in_place
 from cosim.scenario import Scenario
 from cosim.signals import Constant, Value
@@ -110,8 +111,7 @@ def export_container(
 @contextmanager
 def _toolbox() -> Generator[Any]:
     """Give the toolbox, whose import takes a while, with its log turned down and its errors turned into ours."""
-    from fmu_manipulation_toolbox import container  # pyright: ignore[reportMissingTypeStubs]
-
+    container = require("fmu_manipulation_toolbox.container", extra="container", purpose="writing an FMU of FMUs")
     logger = logging.getLogger("fmu_manipulation_toolbox")
     before, propagate = logger.level, logger.propagate
     logger.setLevel(logging.CRITICAL)

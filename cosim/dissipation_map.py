@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from cosim.energy_report import CAUSES, EnergyGrowth, arriving_wave
+from cosim.figure import blank_figure
+from cosim.mathematics import PrintedLoop
 from cosim.result import Result
 from cosim.signals import FloatArray
-from models.loop_set import PrintedLoop
 
 _SOLUTION, _GAP, _VISITED = "#0b5394", "#fbe3cf", "#6b6b6b"
 _CAUSE_COLOURS = ("#0b5394", "#2f6f4f", "#7a3b69", "#8a8a8a", "#b45309", "#5c2a00", "#e3a35f")
@@ -50,8 +49,7 @@ def draw_loop_set(
     reach : float
         Greatest top speed shown [rad/s].
     """
-    figure: Any = Figure(figsize=(9.6, 4.0), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = blank_figure(9.6, 4.0)
     plane, gap = figure.subplots(1, 2, sharey=True)
     low, high = loop.gap(np.array(bit_speeds))
     _draw_solutions(plane, loop, bit_speeds, reach)
@@ -91,8 +89,7 @@ def draw_growth(path: Path, growths: Mapping[str, EnergyGrowth]) -> None:
     growths : mapping of str to EnergyGrowth
         Audited runs, with the names to be written above them.
     """
-    figure: Any = Figure(figsize=(max(7.2, 3.2 * len(growths)), 3.6), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = blank_figure(max(7.2, 3.2 * len(growths)), 3.6)
     panels = figure.subplots(1, len(growths), sharey=True, squeeze=False)[0]
     present = [number for number in range(len(CAUSES)) if any((one.cause == number).any() for one in growths.values())]
     for panel, (name, growth) in zip(panels, growths.items(), strict=True):

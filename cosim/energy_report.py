@@ -17,13 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import InputError
+from cosim.mathematics import (
+    BoolArray,
+    DissipativeLaw,
+    DrillstringParameters,
+    PrintedLoop,
+    TopMotion,
+    lawful_angle,
+    lawful_work,
+)
 from cosim.result import Result
 from cosim.signals import FloatArray
-from models.arrays import BoolArray
-from models.lawful_energy import TopMotion, lawful_angle, lawful_work
-from models.laws import DissipativeLaw
-from models.loop_set import PrintedLoop
-from models.parameters import DrillstringParameters
 
 CAUSES = (
     "law",

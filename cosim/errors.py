@@ -39,6 +39,10 @@ class FmuFileError(InputError):
     """A file that is missing or is not an FMI 2.0 co-simulation FMU for this platform."""
 
 
+class MissingPackageError(InputError):
+    """A package that is not installed, and is needed for what was asked for only."""
+
+
 class OutputError(InputError):
     """A folder that results cannot be written to."""
 

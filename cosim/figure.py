@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from cosim.result import Result
 
@@ -52,8 +50,7 @@ def _compose(title: str, results: Mapping[str, Result], signals: Sequence[str]) 
     first = next(iter(results.values()))
     shown = list(signals) or default_signals({name: first[name].dtype for name in first.names})
     rows, columns = max(1, len(shown)), len(results)
-    figure: Any = Figure(figsize=(max(7.2, 3.6 * columns), 0.9 + 2.3 * rows), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = blank_figure(max(7.2, 3.6 * columns), 0.9 + 2.3 * rows)
     figure.suptitle(title, fontsize=12)
     panels = figure.subplots(rows, columns, sharex=True, sharey="row", squeeze=False)
     for row, name in enumerate(shown):
@@ -67,6 +64,16 @@ def _compose(title: str, results: Mapping[str, Result], signals: Sequence[str]) 
                 panel.set_title(variant, fontsize=10)
             if row == rows - 1:
                 panel.set_xlabel("Time [s]")
+    return figure
+
+
+def blank_figure(width: float, height: float) -> Any:
+    """Return a figure without panels, sizes in inches; matplotlib, which takes long to import, is only now."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure: Any = Figure(figsize=(width, height), dpi=150, layout="constrained")
+    FigureCanvasAgg(figure)
     return figure
 
 

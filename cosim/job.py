@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from cosim.assembly import versions
 from cosim.choices import Choices
+from cosim.commit import commit
 from cosim.energy import EnergyBalance, energy_balance
 from cosim.figure import draw
 from cosim.metrics import Measures, measure
@@ -86,8 +87,9 @@ def run_job(job: Job, output: Path, progress: Progress) -> dict[str, Outcome]:
         title = scenario.title or scenario.name
         draw(folder / FIGURE, title, results, scenario.signals)
         created = datetime.now(UTC).isoformat(timespec="seconds")
-        head = {"scenario": scenario.name, "title": scenario.title, "created": created, "versions": versions()}
-        write_manifest(folder, {**head, "figure": FIGURE, "variants": entries})
+        head = {"scenario": scenario.name, "title": scenario.title, "created": created}
+        made_by = {"versions": versions(), "commit": commit()}
+        write_manifest(folder, {**head, **made_by, "figure": FIGURE, "variants": entries})
     return outcomes
 
 

@@ -7,14 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from models.bistability import Bistability
-from models.chart import StabilityChart
-from models.continuation import BranchPoint, input_of
-from models.cycle import peak_speed
-from models.equilibrium import equilibria
+from cosim.figure import blank_figure
+from cosim.mathematics import Bistability, BranchPoint, StabilityChart, equilibria, input_of, peak_speed
 
 _LABELS = {
     "Omega": ("Drive speed [rad/s]", 1.0),
@@ -42,8 +37,7 @@ def draw_charts(path: Path, charts: Sequence[StabilityChart]) -> None:
     charts : sequence of StabilityChart
         At least two values along each axis.
     """
-    figure: Any = Figure(figsize=(0.6 + 3.6 * len(charts), 3.5), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = blank_figure(0.6 + 3.6 * len(charts), 3.5)
     panels = figure.subplots(1, len(charts), squeeze=False)[0]
     shading = None
     for number, (panel, chart) in enumerate(zip(panels, charts, strict=True)):
@@ -72,8 +66,7 @@ def draw_bistability(path: Path, found: Bistability, stable: Sequence[BranchPoin
     stable : sequence of BranchPoint
         Cycles beyond the fold, as :func:`models.continuation.branch_from` finds them.
     """
-    figure: Any = Figure(figsize=(7.2, 4.0), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = blank_figure(7.2, 4.0)
     panel = figure.subplots()
     label, unit = _LABELS[found.free]
     ends = sorted((found.threshold / unit, found.fold / unit))

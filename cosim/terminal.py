@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
@@ -16,10 +17,11 @@ from rich.text import Text
 from cosim.console_log import SentenceHandler, plain
 from cosim.errors import CosimError, RunInterruptedError
 from cosim.interrupt import interruptible
-from cosim.job import Job, Outcome
-from cosim.scenario import Scenario
 from cosim.statement import statement
-from cosim.store import MANIFEST, read_manifest
+
+if TYPE_CHECKING:
+    from cosim.job import Job, Outcome
+    from cosim.scenario import Scenario
 
 _WIDTH_OF_FILES = 120
 _INTERRUPTED = 130
@@ -53,6 +55,18 @@ def sentences() -> Generator[None]:
         raise typer.Exit(_INTERRUPTED) from None
     finally:
         logger.removeHandler(handler)
+
+
+def prepare_step_loop(job: Job) -> None:
+    """Get the compiled step loop if the job takes it, and show that one waits where it has to be compiled first."""
+    from cosim.assembly import chosen_method
+    from cosim.stepping.step_library import step_library
+
+    method = chosen_method(job.scenario, job.choices)
+    isolated = job.choices.isolate or any(part.isolate for part in job.scenario.system.components)
+    if method.compiled and not method.implicit and method.tolerance is None and not isolated:
+        with Console(stderr=True).status("preparing the step loop; compiling it, once, takes some seconds"):
+            step_library()
 
 
 class Bar:
@@ -126,6 +140,8 @@ def _print_remarks(console: Console, outcomes: dict[str, Outcome]) -> None:
 
 def _print_paths(console: Console, folder: Path) -> None:
     """Say what was written where, by the manifest."""
+    from cosim.store import MANIFEST, read_manifest
+
     manifest = read_manifest(folder) or {}
     variants = manifest["variants"]
     figures = [manifest["figure"]] if "figure" in manifest else [entry["figure"] for entry in variants]

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fmu_src import native_build, packing
-from fmu_src.description import Packaging, model_description
-from fmu_src.header import table_header
-from fmu_src.licenses import license_files
-from fmu_src.native_build import Target
-from fmu_src.page import documentation_page
-from fmu_src.python_build import python_files
-from fmu_src.reference import reference_files
-from fmu_src.schema import Model
-from fmu_src.source_code import TABLE_HEADER, source_code
-from fmu_src.terminals import appearance
+from . import native_build, packing
+from .description import Packaging, model_description
+from .header import table_header
+from .licenses import license_files
+from .native_build import Target
+from .page import documentation_page
+from .python_build import python_files
+from .reference import reference_files
+from .schema import Model
+from .source_code import TABLE_HEADER, source_code
+from .terminals import appearance
 
 
 def build(model: Model, packaging: Packaging, targets: Sequence[Target], output: Path) -> Path:
@@ -64,7 +64,9 @@ def _native(model: Model, targets: Sequence[Target], documents: dict[str, bytes]
     guid = packing.guid(identity | {"description": model_description(model, Packaging.NATIVE, "")})
     sources[TABLE_HEADER] = table_header(model, guid).encode()
     libraries = {
-        f"binaries/{target.folder}/{model.name}{target.extension}": native_build.compile_library(model, sources, target)
+        f"binaries/{target.folder}/{model.name}{target.extension}": native_build.compile_library(
+            model.name, sources, target
+        )
         for target in targets
     }
     shipped = {f"sources/{name}": content for name, content in sources.items()}

@@ -11,8 +11,8 @@ import ast
 from importlib.util import find_spec
 from pathlib import Path
 
-from fmu_src import packing, project
-from fmu_src.errors import BuildError
+from . import packing, project
+from .errors import BuildError
 
 OWN = ("fmu_src", "models", "pythonfmu")
 

@@ -6,9 +6,9 @@ from enum import StrEnum
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from fmu_src import project
-from fmu_src.rows import UNITS
-from fmu_src.schema import Model, Unit, Value, Variable
+from . import project
+from .rows import UNITS
+from .schema import Model, Unit, Value, Variable
 
 
 class Packaging(StrEnum):

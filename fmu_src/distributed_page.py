@@ -5,9 +5,9 @@ Labels "Eq. (n)" are numbers of the paper, "model n" those of docs/model.md, as 
 
 from __future__ import annotations
 
-from fmu_src import guide
-from fmu_src.equations import PLANT_EQUATIONS, PLANT_LIMITS, Section
-from fmu_src.prose import paragraphs, phrase
+from . import guide
+from .equations import PLANT_EQUATIONS, PLANT_LIMITS, Section
+from .prose import paragraphs, phrase
 
 _TORQUE_ON_BIT = PLANT_EQUATIONS[1]
 

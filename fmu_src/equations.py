@@ -5,7 +5,7 @@ Labels "Eq. (n)" are numbers of the paper, "model n" those of docs/model.md, as 
 
 from __future__ import annotations
 
-from fmu_src.prose import paragraphs, phrase
+from .prose import paragraphs, phrase
 
 Section = tuple[str, str]
 """Heading and HTML text."""

@@ -5,8 +5,8 @@ docs/import.md says more, tool by tool; the numbers are those of docs/model.md.
 
 from __future__ import annotations
 
-from fmu_src.prose import paragraphs, phrase
-from fmu_src.schema import Model
+from .prose import paragraphs, phrase
+from .schema import Model
 
 _LOOP = (
     "The string answers at once: `top_speed` and `top_torque` answer `Omega`, and `bit_torque` answers `WOB`. A law "

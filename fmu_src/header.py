@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isinf
 
-from fmu_src.schema import Model, Variable
+from .schema import Model, Variable
 
 KINDS = {
     "Real": "DS_REAL",

@@ -7,13 +7,13 @@ equation of docs/model.md.
 
 from __future__ import annotations
 
-from fmu_src import distributed_page, equations, guide
-from fmu_src.rows import count_row as _count
-from fmu_src.rows import flag_row as _flag
-from fmu_src.rows import input_row as _input
-from fmu_src.rows import output_row as _output
-from fmu_src.rows import parameter_row as _parameter
-from fmu_src.schema import Model, Terminal, Variable
+from . import distributed_page, equations, guide
+from .rows import count_row as _count
+from .rows import flag_row as _flag
+from .rows import input_row as _input
+from .rows import output_row as _output
+from .rows import parameter_row as _parameter
+from .schema import Model, Terminal, Variable
 
 NOT_IN_THE_PAPER = "default not in the paper"
 

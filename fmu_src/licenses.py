@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from fmu_src import project
-from fmu_src.description import Packaging
-from fmu_src.errors import BuildError
-from fmu_src.native_build import FMI_HEADERS, Target
+from . import project
+from .description import Packaging
+from .errors import BuildError
+from .native_build import FMI_HEADERS, Target
 
 FOLDER = "documentation/licenses"
 ENTRY = f"{FOLDER}/license.txt"
@@ -53,7 +53,7 @@ def _header_license() -> str:
     text = header.read_text(encoding="utf-8")
     found = re.search(r"^ *Copyright \(C\).*?POSSIBILITY OF SUCH DAMAGE\.$", text, re.MULTILINE | re.DOTALL)
     if found is None:
-        raise BuildError(f"{header} does not state its licence; install the fmpy pinned in requirements.txt")
+        raise BuildError(f"{header} does not state its licence; install the fmpy pinned in requirements/run.txt")
     return "\n".join(line.strip() for line in found[0].splitlines()) + "\n"
 
 
@@ -61,5 +61,5 @@ def _zig_text(name: str) -> str:
     spec = find_spec("ziglang")
     path = Path(spec.origin).parent / name if spec and spec.origin else None
     if path is None or not path.is_file():
-        raise BuildError(f"the installed ziglang brings no {name}; install the version pinned in requirements.txt")
+        raise BuildError(f"the installed ziglang brings no {name}; install the version pinned in requirements/run.txt")
     return path.read_text(encoding="utf-8")

@@ -15,9 +15,8 @@ from pathlib import Path
 
 import fmpy  # pyright: ignore[reportMissingTypeStubs]
 
-from fmu_src import project
-from fmu_src.errors import BuildError
-from fmu_src.schema import Model
+from . import project
+from .errors import BuildError
 
 NATIVE = project.SOURCES / "native"
 FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -89,15 +88,15 @@ def recipe() -> str:
     return f"zig {metadata.version('ziglang')}\n{FLAGS}\n{TARGETS}\n"
 
 
-def compile_library(model: Model, sources: dict[str, bytes], target: Target) -> bytes:
-    """Return the shared library of a model for one target, the same bytes wherever it is built.
+def compile_library(name: str, sources: dict[str, bytes], target: Target) -> bytes:
+    """Return a shared library for one target, the same bytes wherever it is built.
 
     Parameters
     ----------
-    model : Model
-        Gives the library its name.
+    name : str
+        Of the library, and of the C file that is compiled: an FMU's model, for one.
     sources : dict of str to bytes
-        All C files and headers by name. The one named after the model is compiled; the FMI headers are added.
+        All C files and headers by name; the FMI headers are added.
 
     Raises
     ------
@@ -108,24 +107,24 @@ def compile_library(model: Model, sources: dict[str, bytes], target: Target) -> 
         stage = Path(folder)
         for header in sorted(FMI_HEADERS.glob("fmi2*.h")):
             shutil.copy(header, stage)
-        for name, content in sources.items():
-            (stage / name).write_bytes(content)
-        parts = [_compile(model, stage, target, triple) for triple in target.triples]
+        for file, content in sources.items():
+            (stage / file).write_bytes(content)
+        parts = [_compile(name, stage, target, triple) for triple in target.triples]
     return parts[0] if len(parts) == 1 else _universal(parts)
 
 
-def _compile(model: Model, stage: Path, target: Target, triple: str) -> bytes:
+def _compile(name: str, stage: Path, target: Target, triple: str) -> bytes:
     # Every path is relative to the stage, so that neither zig's cache nor the library depends on where it lies.
-    library = f"{model.name}{target.extension}"
-    flags = [flag.format(model=model.name) for flag in (*FLAGS, *target.flags)]
-    source = f"{model.name}.c"
+    library = f"{name}{target.extension}"
+    flags = [flag.format(model=name) for flag in (*FLAGS, *target.flags)]
+    source = f"{name}.c"
     command = [sys.executable, "-m", "ziglang", "cc", "-target", triple, *flags, "-I.", source, "-o", library, "-lm"]
     run = subprocess.run(
         command, cwd=stage, env=_environment(), capture_output=True, text=True, errors="replace", check=False
     )
     if run.returncode != 0 or not (stage / library).is_file():
         messages = (run.stderr or run.stdout).strip() or f"zig ended with exit code {run.returncode} and no message"
-        raise BuildError(f"{model.name}: the C code does not compile for {triple}:\n{messages}")
+        raise BuildError(f"{name}: the C code does not compile for {triple}:\n{messages}")
     return (stage / library).read_bytes()
 
 

@@ -7,12 +7,12 @@ from typing import cast
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from fmu_src import project
-from fmu_src.description import Packaging
-from fmu_src.guide import compiling
-from fmu_src.rows import UNITS
-from fmu_src.schema import Causality, Model, Variable
-from fmu_src.terminals import drawing
+from . import project
+from .description import Packaging
+from .guide import compiling
+from .rows import UNITS
+from .schema import Causality, Model, Variable
+from .terminals import drawing
 
 TITLES: tuple[tuple[str, Causality], ...] = (("Inputs", "input"), ("Outputs", "output"), ("Parameters", "parameter"))
 

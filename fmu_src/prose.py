@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from html import escape
 
-from fmu_src.mathml import mathml
+from .mathml import mathml
 
 _DISPLAYED = re.compile(r"\$\$(.+)\$\$\s*([^$]*)", re.DOTALL)
 _COMMAND = re.compile(r"`([^`]+)`")

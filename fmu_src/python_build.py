@@ -5,9 +5,9 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
-from fmu_src.bundle import bundle
-from fmu_src.errors import BuildError
-from fmu_src.schema import Model
+from .bundle import bundle
+from .errors import BuildError
+from .schema import Model
 
 MAIN = '''\
 """The script that pythonfmu's library runs: once to import it, and once more for every instance."""
@@ -34,5 +34,7 @@ def _libraries(model: Model) -> dict[str, bytes]:
     folder = Path(spec.origin).parent / "resources" / "binaries" if spec and spec.origin else None
     paths = sorted(path for path in folder.glob("*/*") if path.suffix in (".so", ".dll", ".dylib")) if folder else []
     if not paths:
-        raise BuildError("the installed pythonfmu brings no libraries; install the version pinned in requirements.txt")
+        raise BuildError(
+            "the installed pythonfmu brings no libraries; install the version pinned in requirements/run.txt"
+        )
     return {f"binaries/{path.parent.name}/{model.name}{path.suffix}": path.read_bytes() for path in paths}

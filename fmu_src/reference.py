@@ -7,8 +7,8 @@ code they judge; ``python -m tests.reference`` makes them anew.
 
 from __future__ import annotations
 
-from fmu_src import project
-from fmu_src.schema import Model
+from . import project
+from .schema import Model
 
 FOLDER = project.SOURCES / "reference"
 NOTE = "fmi-ls-ref.txt"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
-from fmu_src.schema import DisplayUnit, Unit, Value, Variability, Variable
+from .schema import DisplayUnit, Unit, Value, Variability, Variable
 
 UNITS: tuple[Unit, ...] = (
     Unit("1"),

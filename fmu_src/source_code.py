@@ -10,10 +10,10 @@ from pathlib import PurePath
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from fmu_src.errors import BuildError
-from fmu_src.header import table_header, table_source
-from fmu_src.native_build import NATIVE
-from fmu_src.schema import Model
+from .errors import BuildError
+from .header import table_header, table_source
+from .native_build import NATIVE
+from .schema import Model
 
 TABLE_HEADER = "ds_table.h"
 TABLE_SOURCE = "ds_table.c"

@@ -10,8 +10,8 @@ from __future__ import annotations
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from fmu_src import project
-from fmu_src.schema import Model, Terminal
+from . import project
+from .schema import Model, Terminal
 
 ICONS = project.SOURCES / "icons"
 TERMINAL_ICONS = ICONS / "terminals"

@@ -11,7 +11,7 @@ from math import pi
 
 import numpy as np
 
-from models.continuation import (
+from .continuation import (
     STEP,
     TOLERANCE,
     BranchPoint,
@@ -21,12 +21,12 @@ from models.continuation import (
     input_of,
     input_unit,
 )
-from models.cycle import LONGEST, broken_law
-from models.cycle_equations import Orbit
-from models.cycle_mesh import Resolution, Timing, cycle_mesh
-from models.cycle_solver import remeshed, resolved, slowest_at, stuck_for
-from models.parameters import DrillstringParameters
-from models.spectrum import CriticalPoint, critical_point, critical_wob
+from .cycle import LONGEST, broken_law
+from .cycle_equations import Orbit
+from .cycle_mesh import Resolution, Timing, cycle_mesh
+from .cycle_solver import remeshed, resolved, slowest_at, stuck_for
+from .parameters import DrillstringParameters
+from .spectrum import CriticalPoint, critical_point, critical_wob
 
 FIRST_DIP = 0.02
 """By how much the least speed of the first cycle is below that of the equilibrium, as a part of it."""

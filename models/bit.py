@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from models.clock import SNAP, Clock, Ramp
-from models.collocation import NODES, WEIGHTS
-from models.delay_line import NOTHING, DelayLine
-from models.friction import BitLaw
-from models.quartic import NONE, ZERO, Quartic, end_value, extremes, first_positive, integral, restrict, subtract, value
-from models.slip import Accuracy, collocate
+from .clock import SNAP, Clock, Ramp
+from .collocation import NODES, WEIGHTS
+from .delay_line import NOTHING, DelayLine
+from .friction import BitLaw
+from .quartic import NONE, ZERO, Quartic, end_value, extremes, first_positive, integral, restrict, subtract, value
+from .slip import Accuracy, collocate
 
 SHORTEST_SLIP = 1e-9
 """A release that would stop again within this part of a piece is none: the bit stays stuck."""

@@ -19,10 +19,10 @@ from math import inf, log, pi
 
 import numpy as np
 
-from models.arrays import ComplexArray
-from models.linear_neutral import LinearNeutral
-from models.parameters import DrillstringParameters
-from models.root_count import zeros_inside
+from .arrays import ComplexArray
+from .linear_neutral import LinearNeutral
+from .parameters import DrillstringParameters
+from .root_count import zeros_inside
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from math import nan
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.arrays import FloatArray, IntArray
-from models.equilibrium import equilibria
-from models.parameters import DrillstringParameters
-from models.spectrum import critical_slope, spectral_abscissa, unstable_count
-from models.torque_curve import TorqueCurve
+from .arrays import FloatArray, IntArray
+from .equilibrium import equilibria
+from .parameters import DrillstringParameters
+from .spectrum import critical_slope, spectral_abscissa, unstable_count
+from .torque_curve import TorqueCurve
 
 INPUTS = ("Omega", "WOB")
 NO_EQUILIBRIUM = -1

@@ -6,7 +6,7 @@ that a light bit on a stiff string needs no shorter pieces.
 
 from __future__ import annotations
 
-from models.quartic import Quartic
+from .quartic import Quartic
 
 NODES = (0.0, 0.276393202250021, 0.7236067977499789, 1.0)
 WEIGHTS = (0.08333333333333333, 0.4166666666666667, 0.4166666666666667, 0.08333333333333333)

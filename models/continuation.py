@@ -13,11 +13,11 @@ from math import copysign
 import numpy as np
 from scipy.optimize import brentq
 
-from models.arrays import FloatArray
-from models.cycle import broken_law
-from models.cycle_equations import Orbit
-from models.cycle_mesh import Resolution
-from models.cycle_solver import IMPATIENT, Condition, advanced, free_row, held_at, jacobian, remeshed, resolved
+from .arrays import FloatArray
+from .cycle import broken_law
+from .cycle_equations import Orbit
+from .cycle_mesh import Resolution
+from .cycle_solver import IMPATIENT, Condition, advanced, free_row, held_at, jacobian, remeshed, resolved
 
 TOLERANCE = 1e-6
 """Defect of the cycles along a branch, relative to their greatest speed; that of their periods is far smaller."""

@@ -8,14 +8,14 @@ from math import inf
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from models.arrays import ComplexArray, FloatArray
-from models.cycle_equations import Orbit
-from models.cycle_guess import simulated_cycle
-from models.cycle_mesh import DEGREE, echo_cuts
-from models.cycle_solver import held_at, piece_defects, resolved
-from models.floquet import difference_radius, leading_multiplier, multipliers
-from models.interpolation import chebyshev, gauss
-from models.parameters import DrillstringParameters
+from .arrays import ComplexArray, FloatArray
+from .cycle_equations import Orbit
+from .cycle_guess import simulated_cycle
+from .cycle_mesh import DEGREE, echo_cuts
+from .cycle_solver import held_at, piece_defects, resolved
+from .floquet import difference_radius, leading_multiplier, multipliers
+from .interpolation import chebyshev, gauss
+from .parameters import DrillstringParameters
 
 LONGEST = 0.25
 """Longest piece that is tried, in travel times."""

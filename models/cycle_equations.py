@@ -15,11 +15,11 @@ from math import ceil, log
 
 import numpy as np
 
-from models.arrays import FloatArray
-from models.cycle_mesh import DEGREE, CycleMesh, Timing
-from models.interpolation import chebyshev, gauss
-from models.parameters import DrillstringParameters
-from models.torque_curve import TorqueCurve
+from .arrays import FloatArray
+from .cycle_mesh import DEGREE, CycleMesh, Timing
+from .interpolation import chebyshev, gauss
+from .parameters import DrillstringParameters
+from .torque_curve import TorqueCurve
 
 FAINTEST = 1e-17
 """Echoes are added up while more of them than this is left."""

@@ -7,11 +7,11 @@ from math import ceil
 
 import numpy as np
 
-from models.cycle_equations import Orbit
-from models.cycle_mesh import Resolution, Timing, cycle_mesh
-from models.neutral import DrillstringNeutral
-from models.parameters import DrillstringParameters
-from models.torque_curve import TorqueCurve
+from .cycle_equations import Orbit
+from .cycle_mesh import Resolution, Timing, cycle_mesh
+from .neutral import DrillstringNeutral
+from .parameters import DrillstringParameters
+from .torque_curve import TorqueCurve
 
 CELLS = 48
 LONGEST_RUN = 400

@@ -15,9 +15,9 @@ from math import ceil, floor, log
 
 import numpy as np
 
-from models.arrays import FloatArray, IntArray
-from models.interpolation import chebyshev
-from models.parameters import DrillstringParameters
+from .arrays import FloatArray, IntArray
+from .interpolation import chebyshev
+from .parameters import DrillstringParameters
 
 DEGREE = 10
 """Of the bit speed on a piece."""

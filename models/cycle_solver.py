@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arrays import FloatArray, IntArray
-from models.cycle_equations import Orbit, equations, with_input
-from models.cycle_mesh import DEGREE, CycleMesh, Timing, bins, cycle_mesh
-from models.interpolation import chebyshev, gauss
+from .arrays import FloatArray, IntArray
+from .cycle_equations import Orbit, equations, with_input
+from .cycle_mesh import DEGREE, CycleMesh, Timing, bins, cycle_mesh
+from .interpolation import chebyshev, gauss
 
 Condition = Callable[[Orbit], tuple[float, FloatArray]]
 """Of an orbit: by how much it is missed, and its derivatives by values, timing and the free input."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from models.bit import Bit
-from models.damped_end import DampedEnd
-from models.delay_line import DelayLine
-from models.quartic import subtract
+from .bit import Bit
+from .damped_end import DampedEnd
+from .delay_line import DelayLine
+from .quartic import subtract
 
 
 class DampedBit(DampedEnd):

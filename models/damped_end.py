@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from models.delay_line import NOTHING, DelayLine, Piece
-from models.quartic import THIRD, Quartic, integral, product_integral, restrict, square_integral
+from .delay_line import NOTHING, DelayLine, Piece
+from .quartic import THIRD, Quartic, integral, product_integral, restrict, square_integral
 
 SUBSTITUTIONS = 8
 

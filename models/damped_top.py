@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from models.damped_end import DampedEnd
-from models.delay_line import DelayLine
-from models.top import Top
+from .damped_end import DampedEnd
+from .delay_line import DelayLine
+from .top import Top
 
 
 class DampedTop(DampedEnd):

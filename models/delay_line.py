@@ -13,8 +13,8 @@ from __future__ import annotations
 from math import ldexp
 from typing import Any
 
-from models.clock import BLOCK
-from models.quartic import ZERO, Quartic, flatten, merge, square_integral
+from .clock import BLOCK
+from .quartic import ZERO, Quartic, flatten, merge, square_integral
 
 NEGLIGIBLE = 1e-9
 """Strength below which a break is folded without being counted, on the default grid [rad/s]."""

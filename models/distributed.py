@@ -9,17 +9,17 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, Self
 
-from models.clock import SNAP, Ramp
-from models.damped_bit import DampedBit
-from models.damped_top import DampedTop
-from models.delay_line import Piece
-from models.distributed_parameters import DistributedParameters
-from models.exchange import Exchange, exchange
-from models.friction import BitLaw
-from models.neutral import DrillstringNeutral, InitialState
-from models.parameters import DrillstringParameters
-from models.quartic import Quartic, square_integral
-from models.station import StationOutputs, Stations
+from .clock import SNAP, Ramp
+from .damped_bit import DampedBit
+from .damped_top import DampedTop
+from .delay_line import Piece
+from .distributed_parameters import DistributedParameters
+from .exchange import Exchange, exchange
+from .friction import BitLaw
+from .neutral import DrillstringNeutral, InitialState
+from .parameters import DrillstringParameters
+from .quartic import Quartic, square_integral
+from .station import StationOutputs, Stations
 
 
 class DrillstringDistributed(DrillstringNeutral):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite
 
-from models.clock import blocks_for
-from models.parameters import DrillstringParameters
+from .clock import blocks_for
+from .parameters import DrillstringParameters
 
 MOST_STRENGTH = 0.125
 """Blocks are so short that a wave loses about this share of itself while it crosses one, at most."""

@@ -8,8 +8,8 @@ from math import copysign, isfinite
 
 from scipy.optimize import brentq
 
-from models.parameters import DrillstringParameters
-from models.torque_curve import TorqueCurve
+from .parameters import DrillstringParameters
+from .torque_curve import TorqueCurve
 
 
 @dataclass(frozen=True)

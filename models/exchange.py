@@ -18,8 +18,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from models.delay_line import DelayLine
-from models.quartic import integral, square_integral
+from .delay_line import DelayLine
+from .quartic import integral, square_integral
 
 
 @dataclass(frozen=True)

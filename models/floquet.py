@@ -21,10 +21,10 @@ from math import ceil
 
 import numpy as np
 
-from models.arrays import ComplexArray, FloatArray
-from models.cycle_equations import Motion, Orbit
-from models.cycle_mesh import DEGREE, Cut, CycleMesh, echo_cuts, thinned
-from models.interpolation import chebyshev, gauss
+from .arrays import ComplexArray, FloatArray
+from .cycle_equations import Motion, Orbit
+from .cycle_mesh import DEGREE, Cut, CycleMesh, echo_cuts, thinned
+from .interpolation import chebyshev, gauss
 
 APART = 1.02
 """Eigenvalues count as such where they exceed the radius of the circle by this factor."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from models.exponential import exponential
-from models.parameters import DrillstringParameters
+from .exponential import exponential
+from .parameters import DrillstringParameters
 
 GREATEST_EXPONENT = 4.0
 """Where the friction is continued beyond rest, its exponent is kept below this."""

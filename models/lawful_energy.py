@@ -16,10 +16,10 @@ from math import sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.arrays import FloatArray
-from models.laws import DissipativeLaw
-from models.parameters import DrillstringParameters
-from models.torque_curve import TorqueCurve
+from .arrays import FloatArray
+from .laws import DissipativeLaw
+from .parameters import DrillstringParameters
+from .torque_curve import TorqueCurve
 
 
 @dataclass(frozen=True)

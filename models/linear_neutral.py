@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import ComplexArray, FloatArray
-from models.interpolation import chebyshev
+from .arrays import ComplexArray, FloatArray
+from .interpolation import chebyshev
 
 
 @dataclass(frozen=True)

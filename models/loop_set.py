@@ -18,9 +18,9 @@ from math import inf, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.arrays import BoolArray, FloatArray
-from models.laws import DissipativeLaw
-from models.parameters import DrillstringParameters
+from .arrays import BoolArray, FloatArray
+from .laws import DissipativeLaw
+from .parameters import DrillstringParameters
 
 
 @dataclass(frozen=True)

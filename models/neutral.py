@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple, Self
 
-from models.bit import Bit
-from models.clock import Clock, Ramp, blocks_for
-from models.delay_line import DelayLine, Piece
-from models.friction import BitLaw
-from models.parameters import DrillstringParameters
-from models.quartic import integral, product_integral, restrict, square_integral, subtract, value
-from models.top import Top
+from .bit import Bit
+from .clock import Clock, Ramp, blocks_for
+from .delay_line import DelayLine, Piece
+from .friction import BitLaw
+from .parameters import DrillstringParameters
+from .quartic import integral, product_integral, restrict, square_integral, subtract, value
+from .top import Top
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import FloatArray
-from models.difference import DifferenceOperator
-from models.linear_neutral import LinearNeutral
-from models.parameters import DrillstringParameters
+from .arrays import FloatArray
+from .difference import DifferenceOperator
+from .linear_neutral import LinearNeutral
+from .parameters import DrillstringParameters
 
 BIT_SPEED = 1
 """Place of w' in the state (w, w', y)."""

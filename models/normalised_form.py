@@ -15,8 +15,8 @@ from math import inf
 
 import numpy as np
 
-from models.arrays import FloatArray
-from models.parameters import DrillstringParameters
+from .arrays import FloatArray
+from .parameters import DrillstringParameters
 
 
 @dataclass(frozen=True)

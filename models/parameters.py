@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from math import isfinite, sqrt
 
-from models.clock import CELL_LIMIT
+from .clock import CELL_LIMIT
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from models.clock import Clock
-from models.collocation import NODES, WEIGHTS, Inner, Slopes, antiderivative, correction, values
-from models.friction import BitLaw
-from models.quartic import THIRD, ZERO, Quartic, value
+from .clock import Clock
+from .collocation import NODES, WEIGHTS, Inner, Slopes, antiderivative, correction, values
+from .friction import BitLaw
+from .quartic import THIRD, ZERO, Quartic, value
 
 GREATEST_STIFFNESS = 0.5
 """A piece is too rough if its slope depends on the speed more strongly."""

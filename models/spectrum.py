@@ -8,11 +8,11 @@ from math import cos, inf, pi, sin
 import numpy as np
 from scipy.optimize import brentq
 
-from models.arrays import ComplexArray
-from models.characteristic import Characteristic
-from models.equilibrium import Equilibrium, running_equilibrium
-from models.parameters import DrillstringParameters
-from models.torque_curve import TorqueCurve
+from .arrays import ComplexArray
+from .characteristic import Characteristic
+from .equilibrium import Equilibrium, running_equilibrium
+from .parameters import DrillstringParameters
+from .torque_curve import TorqueCurve
 
 SAME = 1e-9
 """Roots that differ by less, relative to 1 + |s|, are one."""

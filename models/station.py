@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from models.delay_line import DelayLine
-from models.exchange import back, forth, newest
-from models.quartic import integral, value
+from .delay_line import DelayLine
+from .exchange import back, forth, newest
+from .quartic import integral, value
 
 
 class StationOutputs(NamedTuple):

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from models.clock import SNAP, Clock, Ramp
-from models.delay_line import NOTHING, DelayLine
-from models.parameters import DrillstringParameters
-from models.quartic import ZERO, Quartic, add, integral, product_integral, restrict, value
+from .clock import SNAP, Clock, Ramp
+from .delay_line import NOTHING, DelayLine
+from .parameters import DrillstringParameters
+from .quartic import ZERO, Quartic, add, integral, product_integral, restrict, value
 
 
 class Top:

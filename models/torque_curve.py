@@ -8,8 +8,8 @@ from typing import overload
 
 import numpy as np
 
-from models.arrays import FloatArray
-from models.parameters import DrillstringParameters
+from .arrays import FloatArray
+from .parameters import DrillstringParameters
 
 
 @dataclass(frozen=True)

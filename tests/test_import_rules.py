@@ -10,19 +10,22 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PARTS = ("build_fmu", "cosim", "fmu_src", "models", "tests")
 
-# Presets and theory may come from models here; the master knows an FMU by its modelDescription alone.
-MAY_USE_MODELS = ("scenario", "preset", "map", "sweep", "tuning", "tune", "report")
+# The master knows an FMU by its modelDescription alone. What knows strings and bits asks one module for mathematics.
+MATHEMATICS = "cosim/mathematics.py"
+MAY_USE_MATHEMATICS = {"cosim/dissipation_map.py", "cosim/energy_report.py", "cosim/stability_map.py"}
 
 
 def imported(path: Path) -> set[str]:
     """Return the parts of the project that a file imports, wherever in it the import stands."""
+    depth = len(path.relative_to(ROOT).parts) - 1
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            names.add("relative" if node.level else str(node.module))
-    return {name.split(".")[0] for name in names} & {*PARTS, "relative"}
+            inside = path.relative_to(ROOT).parts[0] if node.level <= depth else "outside"
+            names.add(inside if node.level else str(node.module))
+    return {name.split(".")[0] for name in names} & {*PARTS, "outside"}
 
 
 def allowed(path: Path) -> set[str]:
@@ -33,8 +36,7 @@ def allowed(path: Path) -> set[str]:
         case "fmu_src":
             return {"fmu_src", "models"}
         case "cosim":
-            preset = any(word in part for part in relative.parts[1:] for word in MAY_USE_MODELS)
-            return {"cosim", "models"} if preset else {"cosim"}
+            return {"cosim", "models"} if relative.as_posix() == MATHEMATICS else {"cosim"}
         case _:
             return {"fmu_src", "models"}
 
@@ -45,3 +47,12 @@ SOURCES = sorted(path for part in ("models", "fmu_src", "cosim") for path in (RO
 @pytest.mark.parametrize("path", [*SOURCES, ROOT / "build_fmu.py"], ids=lambda path: str(path.relative_to(ROOT)))
 def test_imports_point_one_way(path: Path) -> None:
     assert imported(path) <= allowed(path)
+
+
+def test_only_what_knows_drilling_asks_for_mathematics() -> None:
+    importers = {
+        path.relative_to(ROOT).as_posix()
+        for path in SOURCES
+        if path.is_relative_to(ROOT / "cosim") and "cosim.mathematics import" in path.read_text(encoding="utf-8")
+    }
+    assert importers == MAY_USE_MATHEMATICS

@@ -9,6 +9,9 @@ from cosim.errors import FmuFileError, InputError, suggestion
 
 PACKAGINGS = ("native", "python")
 ENVIRONMENT_VARIABLE = "COSIM_FMU_PATH"
+_PACKAGE = Path(__file__).resolve().parents[1]
+_CHECKOUT = _PACKAGE.parent if (_PACKAGE.parent / "build_fmu.py").is_file() else None
+"""Where the sources are; None where the package is installed from a wheel."""
 
 
 def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> Path:
@@ -18,8 +21,9 @@ def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> P
     ----------
     fmu : str or Path
         A path that ends in ``.fmu``, or a name such as ``"DrillstringNeutral"``. A name is looked up in the folders of
-        the environment variable COSIM_FMU_PATH, then in ``dist`` in the working directory, then in ``dist`` beside this
-        package; in each, in the subfolder of the packaging first.
+        the environment variable COSIM_FMU_PATH, then in ``dist`` in the working directory, then in the ``dist`` of the
+        checkout that this package runs from, then among those that came with the package; in each, in the subfolder of
+        the packaging first.
     packaging : str
         ``"native"`` or ``"python"``; matters for names only.
     beside : Path, optional
@@ -45,13 +49,31 @@ def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> P
             return path.resolve()
     where = ", ".join(str(folder) for folder in folders)
     built = {path.stem for folder in folders for path in folder.glob("*.fmu")}
-    hint = suggestion(str(fmu), built) or "; `python build_fmu.py` makes the FMUs of this project"
-    raise FmuFileError(f"{fmu}.fmu is not in {where}{hint}")
+    raise FmuFileError(f"{fmu}.fmu is not in {where}{suggestion(str(fmu), built) or how_to_build(packaging)}")
+
+
+def promised_fmus(packaging: str) -> dict[str, Path]:
+    """Return the FMUs that can be had by name, by name: of each the file that `locate_fmu` finds."""
+    found: dict[str, Path] = {}
+    for folder in _folders(packaging):
+        for path in sorted(folder.glob("*.fmu")):
+            found.setdefault(path.stem, path.resolve())
+    return dict(sorted(found.items()))
+
+
+def how_to_build(packaging: str) -> str:
+    """Return the end of a sentence that says how to make FMUs that are not there."""
+    if _CHECKOUT is not None:
+        return "; `python build_fmu.py` makes the FMUs of this project"
+    return f"; `cosim build --packaging {packaging}` makes the FMUs of that packaging in dist"
 
 
 def _folders(packaging: str) -> list[Path]:
     """Return the folders to search, without repetition."""
     given = [Path(part) for part in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if part]
     folders = [folder for part in given for folder in (part / packaging, part)]
-    folders += [Path("dist", packaging), Path(__file__).resolve().parents[2] / "dist" / packaging]
+    folders.append(Path("dist", packaging))
+    if _CHECKOUT is not None:
+        folders.append(_CHECKOUT / "dist" / packaging)
+    folders.append(_PACKAGE / "built" / packaging)
     return list({folder.resolve(): folder for folder in folders}.values())

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
+from cosim.isolation.limits import Limits
 from cosim.isolation.process_end import end_session, fault
 from cosim.isolation.protocol import HEADER, MOST_REPLY, REPLY, REQUEST, Operation, receive, send
 
@@ -25,22 +26,6 @@ START_LIMIT = 120.0
 
 _LOOK = 0.05
 _FAREWELL = 5.0
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What an isolated FMU may use.
-
-    Parameters
-    ----------
-    time : float
-        For each call into it, s.
-    memory : float
-        Beyond what its process holds before it is loaded, bytes. Kept on Linux and macOS.
-    """
-
-    time: float = 60.0
-    memory: float = 4e9
 
 
 class ProcessLostError(Exception):

@@ -17,7 +17,7 @@ from cosim.slave import Slave
 from cosim.stepping.initialisation import Settling, initialise
 from cosim.stepping.readable_loop import readable_steps
 from cosim.stepping.run import Snapshot, block_arrays, window_size
-from cosim.stepping.step_loop import compiled_steps
+from cosim.stepping.step_loop import StepLoop, loop_library
 from cosim.stepping.wiring import wire
 from cosim.system import System
 
@@ -42,10 +42,11 @@ class ForwardRun:
     def __init__(
         self, system: System, slaves: Mapping[str, Slave], start_values: StartValues, grid: Grid, method: Method
     ) -> None:
-        self._grid, self._method = grid, method
+        self._grid = grid
         self._row = self._recorded = 0
         self._size = window_size(grid.steps)
-        self._compiled = False
+        # Before any clock runs: compiling takes seconds, once.
+        self._library, self._why = loop_library(slaves) if method.compiled else (None, "the method asks for it")
         descriptions = {name: slave.description for name, slave in slaves.items()}
         self.order = stepping_order(system, descriptions, method.order)
         lag = EXPLICIT[method.algorithm]
@@ -60,9 +61,8 @@ class ForwardRun:
 
     def windows(self) -> Iterator[Window]:
         """Take all steps, in C where that can be had."""
-        loop = compiled_steps(self._nodes) if self._method.compiled else None
-        self._compiled = loop is not None
-        take = loop or readable_steps(self._nodes)
+        nodes = self._nodes
+        take = readable_steps(nodes) if self._library is None else StepLoop(self._library, nodes)
         feeds = [feed for node in self._nodes for feed in node.feeds]
         while self._row < self._grid.steps:
             for block in self.blocks.values():
@@ -95,5 +95,7 @@ class ForwardRun:
             values[0] = snapshot.arrays[name]
 
     def record(self) -> dict[str, Any]:
-        """Return the number of steps, and whether they were taken in C."""
-        return {"steps": self._grid.steps, "compiled": self._compiled}
+        """Return the number of steps, and by which loop they were taken; if by the one in Python, why."""
+        if self._library is not None:
+            return {"steps": self._grid.steps, "step_loop": "compiled"}
+        return {"steps": self._grid.steps, "step_loop": "python", "step_loop_reason": self._why}

@@ -100,7 +100,8 @@ class RollbackRun:
     def record(self) -> dict[str, Any]:
         """Return numbers of steps, of those taken back, and how loops and errors came out."""
         tally, method = self._control.tally, self._method
-        record: dict[str, Any] = {"steps": tally.steps, "compiled": False, "rejected": tally.rejected}
+        record: dict[str, Any] = {"steps": tally.steps, "step_loop": "python", "rejected": tally.rejected}
+        record["step_loop_reason"] = "steps may be repeated"
         if method.implicit:
             record["iteration_tolerance"] = method.iteration_tolerance
             record["on_failure"] = method.on_failure

@@ -6,7 +6,7 @@ The loop to read is `readable_loop`. This one lays out the same calls on the sam
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from ctypes import POINTER, Array, Structure, byref, c_int, c_size_t, c_void_p, cast
 from typing import Any, TypeVar
 
@@ -16,6 +16,7 @@ from cosim.errors import SlaveError
 from cosim.fmu.calls import Calls, Exchange, SlopeExchange
 from cosim.fmu.slave import FmuSlave
 from cosim.grid import Points
+from cosim.slave import Slave
 from cosim.stepping.step_library import step_library
 from cosim.stepping.wiring import Link, Node
 
@@ -84,7 +85,7 @@ _Item = TypeVar("_Item", bound=Structure)
 
 
 class StepLoop:
-    """The steps of a run, laid out for the library; made by `compiled_steps`.
+    """The steps of a run, laid out for the library; for slaves that `loop_library` has a library for.
 
     Parameters
     ----------
@@ -157,12 +158,13 @@ class StepLoop:
         return slave.failure(names[int(failure.index) if len(names) > 1 else 0], int(failure.status))
 
 
-def compiled_steps(nodes: Sequence[Node]) -> StepLoop | None:
-    """Return the compiled loop of a run, or None if a component is no FMU of this process or there is no library."""
-    if not all(isinstance(node.slave, FmuSlave) for node in nodes):
-        return None
+def loop_library(slaves: Mapping[str, Slave]) -> tuple[Any, str]:
+    """Return the library, compiled now if need be; or None, and why steps are taken in Python."""
+    foreign = [name for name, slave in slaves.items() if not isinstance(slave, FmuSlave)]
+    if foreign:
+        return None, f"{foreign[0]} is no FMU in this process"
     library = step_library()
-    return None if library is None else StepLoop(library, nodes)
+    return library, "" if library is not None else "the compiled step loop cannot be had"
 
 
 def _address(function: Any) -> c_void_p:

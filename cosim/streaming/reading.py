@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cosim.errors import InputError
+from cosim.optional import require
 from cosim.streaming.stream import TRAJECTORY
 
 if TYPE_CHECKING:
@@ -31,14 +31,14 @@ def open_trajectory(folder: str | Path) -> xarray.Dataset:
     Raises
     ------
     InputError
-        If there is no such trajectory, or it cannot be read.
+        If there is no such trajectory, it cannot be read, or a package is missing that reads it.
     """
     path = Path(folder)
     path = path if path.suffix == ".zarr" else path / TRAJECTORY
     if not path.is_dir():
         raise InputError(f"{path}: there is no such trajectory")
     # Both take a while to import.
-    reader, zarr = importlib.import_module("xarray"), importlib.import_module("zarr")
+    reader, zarr = (require(name, extra="stream", purpose="reading Zarr") for name in ("xarray", "zarr"))
     try:
         group = zarr.open_group(path, mode="r", use_consolidated=False)
         lengths: dict[str, set[int]] = {}

@@ -28,7 +28,7 @@ from cosim.streaming.csv_store import create_csv, csv_file, reopen_csv
 from cosim.streaming.decimation import decimate
 from cosim.streaming.store import Store
 from cosim.streaming.tail import Tail
-from cosim.streaming.zarr_store import create_zarr, reopen_zarr
+from cosim.streaming.zarr_store import create_zarr, reopen_zarr, require_zarr
 
 log = logging.getLogger("cosim")
 
@@ -97,6 +97,8 @@ def stream(
     saved = read_checkpoint(folder / CHECKPOINT) if resume else None
     if saved is not None:
         every, csv = saved.notes["every"], saved.notes["csv"]
+    if not csv:
+        require_zarr()
     with assembled(scenario, Choices(**choices)) as assembly:
         streaming = _Streaming(scenario, assembly, folder, every or {}, csv=csv)
         _warn_of_stateless(assembly)

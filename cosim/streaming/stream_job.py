@@ -16,9 +16,10 @@ from typing import Any
 
 from cosim.assembly import versions
 from cosim.choices import Choices
+from cosim.commit import commit
 from cosim.errors import CheckpointError, InputError, OutputError, RunInterruptedError
 from cosim.figure import draw
-from cosim.isolation.process import Limits
+from cosim.isolation.limits import Limits
 from cosim.job import Job, Outcome, Progress, assess, measures_from_json
 from cosim.scenario_source import opened_scenario
 from cosim.store import FIGURE, MANIFEST, UNFINISHED, read_manifest, refuse_occupied, variant_entry, write_manifest
@@ -81,6 +82,7 @@ def stream_job(job: Job, source: str, streaming: Streaming, folder: Path, progre
         "title": job.scenario.title,
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": versions(),
+        "commit": commit(),
     }
     try:
         folder.mkdir(parents=True, exist_ok=True)

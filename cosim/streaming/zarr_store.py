@@ -7,7 +7,6 @@ while it writes; `cosim.open_trajectory` cuts them to the shortest.
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import OutputError
+from cosim.optional import require
 from cosim.rows import Column, Rows
 from cosim.streaming.decimation import axis
 from cosim.streaming.store import Position
@@ -144,6 +144,12 @@ def reopen_zarr(path: Path, columns: Mapping[int, Sequence[Column]], position: P
     return ZarrStore(path, group, axes)
 
 
+def require_zarr() -> None:
+    """Raise MissingPackageError unless all packages are there that a store needs."""
+    _zarr()
+    _numcodecs()
+
+
 def array_name(column: str) -> str:
     """Return the name of a column's array: that of the column, but for slashes, which lead into groups in Zarr."""
     return column.replace("/", "%2F")
@@ -151,12 +157,16 @@ def array_name(column: str) -> str:
 
 def _zarr() -> Any:
     """Return the library, which takes a while to import, and whose types checkers do not all know."""
-    return importlib.import_module("zarr")
+    return require("zarr", extra="stream", purpose="writing Zarr")
+
+
+def _numcodecs() -> Any:
+    return require("numcodecs", extra="stream", purpose="writing Zarr")
 
 
 def _codec() -> Any:
     """Return how numbers are compressed: fast, and well where they change little from row to row."""
-    numcodecs = importlib.import_module("numcodecs")
+    numcodecs = _numcodecs()
     return numcodecs.Blosc("lz4", shuffle=numcodecs.Blosc.SHUFFLE)
 
 

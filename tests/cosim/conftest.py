@@ -5,26 +5,30 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 
 import fmpy
 import pytest
 
 from cosim.fmu.library import _FOLDERS
+from tests.once import built_once
 
 SOURCE = Path(__file__).parent / "probe"
 
 
+def compile_shared(source: Path, library: Path, *flags: str) -> None:
+    """Compile a shared library for this machine against the headers of FMI."""
+    flags = ("-shared", "-O1", "-I", str(Path(fmpy.__file__).parent / "c-code"), *flags)
+    flags += () if sys.platform == "win32" else ("-fPIC", "-lm")
+    command = [sys.executable, "-m", "ziglang", "cc", *flags, "-o", str(library), str(source)]
+    subprocess.run(command, check=True)
+
+
 @pytest.fixture(scope="session")
-def probe_library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def probe_library(run_folder: Path) -> Path:
     """The probe FMU's shared library, compiled for this machine."""
-    library = tmp_path_factory.mktemp("probe") / f"probe{fmpy.sharedLibraryExtension}"
-    headers = Path(fmpy.__file__).parent / "c-code"
-    flags = ["-shared", "-O1", "-w", "-I", str(headers), "-o", str(library)]
-    flags += [] if sys.platform == "win32" else ["-fPIC"]
-    subprocess.run([sys.executable, "-m", "ziglang", "cc", *flags, str(SOURCE / "probe.c")], check=True)
-    return library
+    name = f"probe{fmpy.sharedLibraryExtension}"
+    return built_once(run_folder / "probe", lambda to: compile_shared(SOURCE / "probe.c", to / name, "-w")) / name
 
 
 @pytest.fixture
@@ -52,20 +56,15 @@ def probe(make_probe: Callable[..., Path]) -> Path:
 
 
 @pytest.fixture(scope="session")
-def suspect_libraries(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+def suspect_libraries(run_folder: Path) -> Callable[..., Path]:
     """Compile the suspect FMU's shared library for this machine, once for each set of definitions."""
-    folder = tmp_path_factory.mktemp("suspect")
+    source = Path(__file__).parent / "suspect" / "suspect.c"
+    name = f"suspect{fmpy.sharedLibraryExtension}"
 
-    @cache
     def compiled(*definitions: str) -> Path:
-        library = folder / "-".join(("suspect", *definitions)) / f"suspect{fmpy.sharedLibraryExtension}"
-        library.parent.mkdir()
-        headers = Path(fmpy.__file__).parent / "c-code"
-        flags = ["-shared", "-O1", "-I", str(headers), *(f"-D{name}" for name in definitions), "-o", str(library)]
-        flags += [] if sys.platform == "win32" else ["-fPIC", "-lm"]
-        source = Path(__file__).parent / "suspect" / "suspect.c"
-        subprocess.run([sys.executable, "-m", "ziglang", "cc", *flags, str(source)], check=True)
-        return library
+        flags = [f"-D{definition}" for definition in definitions]
+        folder = run_folder / "-".join(("suspect", *definitions))
+        return built_once(folder, lambda to: compile_shared(source, to / name, *flags)) / name
 
     return compiled
 

@@ -10,6 +10,8 @@ import pytest
 from cosim.check import Finding, Group, Report, Verdict, check_fmu
 from cosim.check.behaviour import BEHAVIOUR
 
+pytestmark = pytest.mark.slow
+
 Maker = Callable[..., Path]
 
 

@@ -84,7 +84,7 @@ def test_options_reach_the_check(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
         asked.append((fmu, reference, time_limit))
         return a_report()
 
-    monkeypatch.setattr("cosim.cli.check_fmu", check)
+    monkeypatch.setattr("cosim.check.check_fmu", check)
     assert run("plant.fmu", "--reference", tmp_path, "--time-limit", "1.5").exit_code == 1
     assert asked == [(Path("plant.fmu"), tmp_path, 1.5)]
 

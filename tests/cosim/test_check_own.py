@@ -12,6 +12,8 @@ from cosim.check import Group, Report, Verdict, check_fmu
 from fmu_src.interface import MODELS
 from tests.reference.catalogue import FOLDER
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 
 SLAVE = """

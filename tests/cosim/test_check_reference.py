@@ -15,6 +15,8 @@ from cosim.check.series import read_series
 from cosim.description import Variable
 from cosim.errors import InputError
 
+pytestmark = pytest.mark.slow
+
 Maker = Callable[..., Path]
 
 MANIFEST = """<?xml version="1.0" encoding="UTF-8"?>

@@ -22,6 +22,8 @@ from cosim.isolation.slave import open_isolated_fmu
 from cosim.record import allocate_block
 from cosim.result import Result
 
+pytestmark = pytest.mark.slow
+
 LIMITS = Limits(time=2.0, memory=64e6)
 SEGFAULT, ABORT, EXIT, HANG, GROW, DEMAND, SHOUT = range(10, 17)
 
@@ -245,7 +247,7 @@ def is_gone(process: int) -> bool:
 def test_an_interrupt_ends_the_process_as_well(running, number: signal.Signals) -> None:
     master, child = running
     master.send_signal(number)
-    _, said = master.communicate(timeout=60)
+    _, said = master.communicate()
     assert master.returncode == 130
     assert "interrupted; nothing was written" in said
     assert is_gone(child)

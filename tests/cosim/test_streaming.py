@@ -72,6 +72,7 @@ def interrupt_at(part: float) -> Callable[[float], None]:
     return progress
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RUNS)
 def test_rows_on_disk_have_the_bits_of_rows_in_memory(name: str, tmp_path: Path) -> None:
     scenario, choices = scenario_of(RUNS[name][0]), RUNS[name][1]
@@ -84,6 +85,7 @@ def test_rows_on_disk_have_the_bits_of_rows_in_memory(name: str, tmp_path: Path)
     assert [entry.name for entry in (tmp_path / "run").iterdir()] == ["trajectory.zarr"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_resumed_after_interrupts_has_the_bits_of_an_uninterrupted_one(name: str, tmp_path: Path) -> None:
     scenario, choices = scenario_of(RUNS[name][0]), RUNS[name][1]
@@ -112,6 +114,7 @@ def command(*arguments: str) -> list[str]:
     return [sys.executable, "-m", "cosim", *arguments]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_run_killed_at_random_moments_is_resumed_with_the_same_bits(seed: int, tmp_path: Path) -> None:
     moments = random.Random(seed)
@@ -197,6 +200,7 @@ def peak_memory(stop_time: str, folder: Path) -> int:
     return int(subprocess.run(asked, check=True, capture_output=True, text=True).stdout.splitlines()[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no getrusage")
 def test_memory_does_not_grow_with_the_length_of_a_run(tmp_path: Path) -> None:
     short, long = peak_memory("200", tmp_path / "short"), peak_memory("4000", tmp_path / "long")
@@ -259,6 +263,7 @@ def test_a_thread_can_stream(tmp_path: Path) -> None:
     assert ends[0].time[-1] == 3.0
 
 
+@pytest.mark.slow
 def test_the_command_line_says_how_to_resume_and_does(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     begin = command("run", "dissipative-law", "--stream", "--step-size", "0.0002", "--output", str(folder))

@@ -21,6 +21,7 @@ from fmu_src import bundle
 from fmu_src.building import build
 from fmu_src.description import Packaging
 from tests.fmu_src.gauge import GAUGE
+from tests.once import built_once
 
 Message = tuple[str, int, str, str]
 
@@ -75,9 +76,11 @@ def instantiate() -> Iterator[Callable[..., Instance]]:
 
 
 @pytest.fixture(scope="session")
-def gauge_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def gauge_fmu(run_folder: Path) -> Path:
     """Build the gauge in the python packaging."""
-    return build_gauge(tmp_path_factory.mktemp("gauge"), Path(__file__).with_name("gauge.py"))
+    source = Path(__file__).with_name("gauge.py")
+    (built,) = built_once(run_folder / "gauge", lambda to: build_gauge(to, source)).rglob("*.fmu")
+    return built
 
 
 def build_gauge(output: Path, source: Path) -> Path:

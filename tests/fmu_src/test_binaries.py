@@ -15,6 +15,8 @@ import pytest
 from fmu_src.interface import MODELS
 from fmu_src.native_build import FMI_HEADERS
 
+pytestmark = pytest.mark.cross_build
+
 NATIVE = Path(__file__).parents[2] / "dist" / "native"
 ELF = {"linux64": lief.ELF.ARCH.X86_64, "aarch64-linux": lief.ELF.ARCH.AARCH64}
 X86_64, ARM64 = lief.MachO.Header.CPU_TYPE.X86_64, lief.MachO.Header.CPU_TYPE.ARM64

@@ -16,6 +16,7 @@ from fmpy.validation import validate_fmu
 
 from fmu_src import project
 from fmu_src.interface import MODELS
+from tests.once import built_once
 
 PACKAGINGS = ("native", "python")
 
@@ -48,11 +49,14 @@ def copy_sources(to: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    output = tmp_path_factory.mktemp("built")
-    done = run(project.ROOT, "--output", output)
-    assert done.returncode == 0, done.stderr
-    return output
+def built(run_folder: Path) -> Path:
+    """All FMUs in both packagings, for this platform alone."""
+
+    def build(output: Path) -> None:
+        done = run(project.ROOT, "--output", output)
+        assert done.returncode == 0, done.stderr
+
+    return built_once(run_folder / "built", build)
 
 
 @pytest.mark.parametrize("packaging", PACKAGINGS)
@@ -61,6 +65,7 @@ def test_every_fmu_keeps_to_the_standard(packaging: str, name: str) -> None:
     assert validate_fmu(str(DIST / packaging / f"{name}.fmu")) == []
 
 
+@pytest.mark.cross_build
 @pytest.mark.parametrize("packaging", PACKAGINGS)
 @pytest.mark.parametrize("name", MODELS)
 def test_every_fmu_carries_its_page_and_all_licences(packaging: str, name: str) -> None:
@@ -109,6 +114,8 @@ def assert_same_files(folder: Path, other: Path) -> None:
         assert (other / path).read_bytes() == (folder / path).read_bytes(), path
 
 
+@pytest.mark.slow
+@pytest.mark.cross_build
 def test_a_build_elsewhere_from_nothing_gives_the_bytes_of_dist(tmp_path: Path) -> None:
     elsewhere = copy_sources(tmp_path / "some where" / "else")
     environment = {
@@ -122,6 +129,7 @@ def test_a_build_elsewhere_from_nothing_gives_the_bytes_of_dist(tmp_path: Path) 
     assert_same_files(DIST, output)
 
 
+@pytest.mark.slow
 def test_the_installed_package_builds_the_same_bytes(built: Path, tmp_path: Path) -> None:
     source, place = copy_sources(tmp_path / "source"), tmp_path / "installed"
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
@@ -131,6 +139,7 @@ def test_the_installed_package_builds_the_same_bytes(built: Path, tmp_path: Path
     assert_same_files(built, tmp_path / "output")
 
 
+@pytest.mark.cross_build
 @pytest.mark.parametrize("name", MODELS)
 def test_a_library_is_the_same_whatever_others_are_beside_it(built: Path, name: str) -> None:
     alone, among = (zipfile.ZipFile(folder / "native" / f"{name}.fmu") for folder in (built, DIST))

@@ -67,7 +67,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 def test_code_that_does_not_compile_shows_the_messages_of_the_compiler() -> None:
     sources = {"Gauge.c": b'#include "broken.c"\n', "broken.c": b"int unused(void) { return 1.5 }\n"}
     with pytest.raises(BuildError, match=r"(?s)Gauge: the C code does not compile for .*broken.c:1:.*error:"):
-        native_build.compile_library(GAUGE, sources, native_build.host_target())
+        native_build.compile_library(GAUGE.name, sources, native_build.host_target())
 
 
 @pytest.mark.parametrize(("machine", "folder"), [(("Linux", "x86_64"), "linux64"), (("Darwin", "arm64"), "darwin64")])

@@ -9,6 +9,7 @@ from math import nan
 from pathlib import Path
 
 import fmpy
+import pytest
 from fmpy.fmi1 import FMICallException
 
 from tests.fmu_src.conftest import Instance, build_gauge
@@ -90,6 +91,7 @@ def test_a_broken_state_is_refused_and_a_good_one_still_restored(gauge_fmu: Path
     gauge.doStep(0.0, 1.0)
 
 
+@pytest.mark.slow
 def test_instances_come_and_go(gauge_fmu: Path) -> None:
     folder = fmpy.extract(str(gauge_fmu))
     for number in range(100):

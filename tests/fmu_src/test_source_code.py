@@ -20,6 +20,9 @@ from lxml import etree
 from fmu_src.interface import MODELS
 from fmu_src.native_build import FMI_HEADERS
 from tests.fmu_src.conftest import Instance
+from tests.once import built_once
+
+pytestmark = pytest.mark.slow
 
 NATIVE = Path(__file__).parents[2] / "dist" / "native"
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
@@ -152,9 +155,12 @@ def test_fmpy_compiles_the_sources_to_an_fmu_of_the_same_bits(
 
 
 @pytest.fixture(scope="session")
-def prefixing_headers(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def prefixing_headers(run_folder: Path) -> Path:
     """The FMI headers with the prefix for functions of source code FMUs, which fmpy leaves out of its copy."""
-    folder = tmp_path_factory.mktemp("headers")
+    return built_once(run_folder / "headers", copy_headers)
+
+
+def copy_headers(folder: Path) -> None:
     for header in FMI_HEADERS.glob("fmi2*.h"):
         shutil.copy(header, folder)
     text = (folder / "fmi2Functions.h").read_text()
@@ -163,7 +169,6 @@ def prefixing_headers(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert plain in text
     prefixed = paste + "#define fmi2FullName(name) fmi2PasteB(FMI2_FUNCTION_PREFIX, name)\n"
     (folder / "fmi2Functions.h").write_text(text.replace(plain, prefixed))
-    return folder
 
 
 def linked_program(compiler: str, headers: Path, folder: Path) -> Path:

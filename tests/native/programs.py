@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from filelock import FileLock
+
 from fmu_src import native_build
 from fmu_src.header import table_header
 from fmu_src.interface import MODELS
@@ -102,7 +104,11 @@ def compile_linked(model: str, kind: Kind) -> Path:
         Its messages are on the standard error.
     """
     folder = BUILD / kind.name / model
-    folder.mkdir(parents=True, exist_ok=True)
+    with _alone_in(folder):
+        return _compile_linked(model, kind, folder)
+
+
+def _compile_linked(model: str, kind: Kind, folder: Path) -> Path:
     code = source_code(MODELS[model]) | {"ds_table.h": table_header(MODELS[model], "{driver}").encode()}
     generated = [name for name in code if name.startswith("ds_table.")]
     for name in generated:
@@ -125,11 +131,19 @@ def compile_linked(model: str, kind: Kind) -> Path:
 def compile_loaded(model: str, target: Target) -> Path:
     """Compile the driver for another platform, with what the FMU in dist/ says of itself, and return its path."""
     folder = BUILD / target.folder / model
-    folder.mkdir(parents=True, exist_ok=True)
+    with _alone_in(folder):
+        return _compile_loaded(model, target, folder)
+
+
+def _compile_loaded(model: str, target: Target, folder: Path) -> Path:
     with zipfile.ZipFile(FMUS / f"{model}.fmu") as fmu:
         for name in fmu.namelist():
             if name.startswith(("sources/", f"binaries/{target.folder}/")):
-                fmu.extract(name, folder)
+                content = fmu.read(name)
+                path = folder / name
+                if not (path.is_file() and path.read_bytes() == content):  # another process may have loaded it
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    path.write_bytes(content)
     assert library(model, target).is_file(), "dist/ holds FMUs for this platform only; build with --platform all"
     driver = [DRIVER / name for name in (*_WALKING, *_SHARED, *_LOADED)]
     sources = [folder / "sources" / "ds_table.c", *driver]
@@ -149,6 +163,12 @@ def library(model: str, target: Target) -> Path:
 def target_named(folder: str) -> Target:
     """Return the target of a folder below binaries/."""
     return next(target for target in TARGETS if target.folder == folder)
+
+
+def _alone_in(folder: Path) -> FileLock:
+    """Return what keeps other processes waiting while this one compiles in a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return FileLock(folder / "lock")
 
 
 def _compile(command: Sequence[str], program: Path, inputs: Sequence[Path]) -> Path:

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
+
 from fmu_src.native_build import NATIVE
 from tests.native import coverage
+
+pytestmark = pytest.mark.hardening
 
 
 def test_nearly_all_branches_of_core_and_adapter_are_taken(record_property: Callable[[str, object], None]) -> None:

@@ -11,6 +11,8 @@ import pytest
 from fmu_src.interface import MODELS
 from tests.native.programs import ADDRESS, FUZZ, MEMORY, SEED, THREAD, Edit, Kind, compile_linked, run
 
+pytestmark = pytest.mark.hardening
+
 CALLS = int(os.environ.get("CALLS", "100000"))
 FEWER = 10_000
 PLANT, PROGRAM = "DrillstringNeutral", "DrillingProgram"

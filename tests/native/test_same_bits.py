@@ -19,6 +19,8 @@ from fmu_src.interface import MODELS
 from fmu_src.native_build import host_target
 from tests.native.programs import PACKAGES, SEED, MissingToolError, compile_loaded, find, library, run, target_named
 
+pytestmark = [pytest.mark.cross_build, pytest.mark.emulator]
+
 REFERENCE = "linux64"
 OTHERS = ("win64", "aarch64-linux")
 CALLS = 20_000

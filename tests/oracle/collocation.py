@@ -53,13 +53,17 @@ class GaussBasis:
         """Size of the last three coefficients: how far the polynomial is from resolving its function."""
         return float(np.abs(self.to_coefficients[-3:] @ values).max())
 
-    def first_fall(self, values: np.ndarray, tolerance: float) -> float | None:
+    def first_fall(self, values: np.ndarray, tolerance: float, *, from_zero: bool = False) -> float | None:
         """Where the polynomial first goes below zero, as x in [-1, 1], or None.
 
         A dip shallower than `tolerance` is rounding and is not seen; the place returned is that of the zero itself.
+        A polynomial known to start `from_zero` is divided by x + 1 to find the zero after that one: its own value at -1
+        is rounding, and the sign of that would decide whether the fall is there or further on.
         """
         points, samples = self.sample_points, self.to_samples @ values
-        coefficients = self.to_coefficients @ values
+        coefficients = rest = self.to_coefficients @ values
+        if from_zero:
+            samples[0], rest = 0.0, self.to_coefficients @ (values / (self.nodes + 1))
         low = np.flatnonzero(samples < -tolerance)
         last = int(low[0]) if low.size else SAMPLES
         for dip in _possible_dips(samples[:last]):
@@ -67,11 +71,11 @@ class GaussBasis:
                 legendre.legval, args=(coefficients,), bounds=points[[dip - 1, dip + 1]], method="bounded"
             )
             if found.fun < -tolerance:
-                return _zero_between(coefficients, points[dip - 1], float(found.x))
+                return _zero_between(rest, points[dip - 1], float(found.x))
         if last == SAMPLES:
             return None
         above = np.flatnonzero(samples[:last] >= 0)
-        return _zero_between(coefficients, points[above[-1]], points[last]) if above.size else -1.0
+        return _zero_between(rest, points[above[-1]], points[last]) if above.size else -1.0
 
 
 def _possible_dips(samples: np.ndarray) -> np.ndarray:

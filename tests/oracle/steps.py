@@ -50,6 +50,11 @@ class Piece:
     speed: np.ndarray | None = None
 
 
+def _torque_rounding(static: np.ndarray) -> float:
+    """How far a torque may seem to exceed the static one [N m] and be equal to it."""
+    return ROUNDING * max(1.0, float(static.max()))
+
+
 class WindowClock:
     """Turns times into (window, offset) pairs and back; fmod makes the offset exact."""
 
@@ -130,7 +135,9 @@ class March:
         self._direction = int(np.sign(self._speed))
         self._earlier: dict[tuple[float, float], np.ndarray] = {}
         self._earlier_grid: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
-        self._events_in_place = 0
+        # Where the departure from zero speed was entered, until the bit has moved.
+        self._departure: list[tuple[int, float]] | None = None
+        self._grazed: tuple[int, float] | None = None
 
     def run(self, horizon: float) -> None:
         """Solve every window that starts at or before `horizon` [s]."""
@@ -168,9 +175,6 @@ class March:
             if end - start < SHORTEST_PIECE:
                 raise ArithmeticError(f"motion at t = {self.clock.time(window, start)} s is not resolved")
             return self._advance(window, start, (start + end) / 2)
-        self._events_in_place = self._events_in_place + 1 if reached == start else 0
-        if self._events_in_place > 10:
-            raise ArithmeticError(f"bit neither sticks nor slips at t = {self.clock.time(window, start)} s")
         return reached
 
     def _forced_piece(self, window: int, start: float, end: float) -> Piece:
@@ -209,7 +213,11 @@ class March:
     def _stick(self, piece: Piece, end: float) -> float:
         """Rest until the string's torque exceeds the static one."""
         drive, static = self._drive_and_static(piece)
-        tolerance = ROUNDING * max(1.0, float(static.max()))
+        tolerance = _torque_rounding(static)
+        again = self._grazed == (piece.window, piece.start)
+        if again:
+            # What is left over the static torque has been seen to move nothing: it is rounding.
+            tolerance += 2 * max(0.0, abs(self.basis.at(drive, -1.0)) - self.basis.at(static, -1.0))
         falls = [(self.basis.first_fall(static - sign * drive, tolerance), sign) for sign in (1, -1)]
         found = min((fall for fall in falls if fall[0] is not None), default=None)
         piece.speed = np.zeros(self.basis.count)
@@ -221,8 +229,11 @@ class March:
             piece = self._forced_piece(piece.window, piece.start, place)
             piece.speed = np.zeros(self.basis.count)
             self.pieces.append(piece)
+        elif again:
+            time = self.clock.time(piece.window, piece.start)
+            raise ArithmeticError(f"bit neither sticks nor slips at t = {time} s")
         self.releases.append((piece.window, place))
-        self._direction = found[1]
+        self._direction, self._departure = found[1], self.releases
         return place
 
     def _slip(self, piece: Piece, end: float) -> float | None:
@@ -232,14 +243,18 @@ class March:
         basis, direction = self.basis, self._direction
         drive, static = self._drive_and_static(piece)
         # Without weight nothing happens at zero speed: no event, and no kink to cut at.
-        found = basis.first_fall(direction * piece.speed, 1e-13) if static.any() else None
+        found = None
+        if static.any():
+            found = basis.first_fall(direction * piece.speed, 1e-13, from_zero=self._speed == 0)
         if found is None:
             self.pieces.append(piece)
-            self._speed = self._end_speed(piece)
+            self._speed, self._departure = self._end_speed(piece), None
             if not static.any() and self._speed:
                 self._direction = int(np.sign(self._speed))
             return end
         place = self._event_offset(piece, found, end)
+        if place == piece.start and self._speed == 0:
+            return None if piece.length > 2 * SHORTEST_PIECE else self._rest_after_all(piece)
         offered, holding = basis.at(drive, found), basis.at(static, found)
         if place > piece.start:
             piece = self._forced_piece(piece.window, piece.start, place)
@@ -247,9 +262,21 @@ class March:
                 raise ArithmeticError("piece that ends in a stop is not resolved")
             self.pieces.append(piece)
         self._speed = 0.0
-        self._direction = 0 if abs(offered) <= holding else int(np.sign(offered))
+        # A tie is a rest, whichever way the two are rounded: a torque equal to the static one accelerates nothing.
+        self._direction = 0 if abs(offered) <= holding + _torque_rounding(static) else int(np.sign(offered))
+        self._departure = self.crossings if self._direction else None
         (self.crossings if self._direction else self.stops).append((piece.window, place))
         return place
+
+    def _rest_after_all(self, piece: Piece) -> float:
+        """Take back a departure that goes nowhere: the torque touches the static one to rounding and falls again."""
+        self._direction, self._grazed = 0, (piece.window, piece.start)
+        if self._departure:
+            taken_back = self._departure.pop()
+            if self._departure is self.crossings:
+                self.stops.append(taken_back)
+        self._departure = None
+        return piece.start
 
     def _event_offset(self, piece: Piece, x: float, end: float) -> float:
         """Offset of an event at x, on an end of the piece if as good as there; a cut from now on."""

@@ -11,6 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 from tests.oracle import OracleParameters, OracleSolution, Program, solve
+from tests.oracle.collocation import gauss_basis
 
 PAPER = OracleParameters()
 NOMINAL_WEIGHT = 97347.0
@@ -204,6 +205,44 @@ def test_ramp_releases_the_bit_when_its_torque_reaches_the_static_one():
     assert solution.releases[0] == pytest.approx(
         start + MATCHED.travel_time + static / (MATCHED.impedance * slope), abs=1e-12
     )
+
+
+def grazing(excess: float) -> OracleSolution:
+    """Lift weight off a bit at rest so that the string's torque, which is falling, is over the static one by that."""
+    lifted = 3.0
+    torque = MATCHED.impedance * (60.0 - 15.0 * (lifted - MATCHED.travel_time))
+    limit = MATCHED.R_b * MATCHED.mu_sb
+    weight = Program.held([0, lifted], [36000.0 / limit, (torque - excess) / limit])
+    parameters = replace(MATCHED, initial_torque=MATCHED.impedance * 60.0)
+    return solve(parameters, Program([0], [60.0], [-15.0]), weight, 3.5)
+
+
+@pytest.mark.parametrize("excess", [0.0, *(sign * 10.0**power for sign in (-1, 1) for power in range(-15, -9))])
+def test_bit_rests_on_where_a_falling_torque_touches_the_static_one_to_rounding(excess):
+    solution = grazing(excess)
+    assert np.abs(solution(np.linspace(0, 3.3, 1001))["bit_speed"]).max() < 1e-12
+    assert solution.releases == pytest.approx(solution.stops, abs=1e-11)
+
+
+@pytest.mark.parametrize("excess", [1e-3, 0.1, 8.0])
+def test_slip_much_shorter_than_a_piece_is_as_long_as_by_hand(excess):
+    """The torque falls by Z 15 rad/s² and the friction is the static one, but for what is of third order in time."""
+    solution = grazing(excess)
+    lasting = 2 * excess / (MATCHED.impedance * 15.0)
+    assert lasting < 0.015 / 4
+    assert solution.releases == pytest.approx([3.0], abs=1e-13)
+    assert solution.stops - solution.releases == pytest.approx([lasting], rel=lasting * 10, abs=1e-12)
+
+
+@pytest.mark.parametrize("rounding", [-1e-15, 0.0, 1e-15])
+def test_zero_after_a_start_from_zero_does_not_depend_on_the_rounding_there(rounding):
+    basis = gauss_basis(20)
+    for zero in (1e-9, 1e-4, 0.01, 0.3):
+        x = 1 + basis.nodes
+        place = basis.first_fall(x * (zero - x) + rounding, 1e-13, from_zero=True)
+        assert place == pytest.approx(zero - 1, abs=1e-11)
+    assert basis.first_fall(-1 - basis.nodes + rounding, 1e-13, from_zero=True) == -1.0
+    assert basis.first_fall(1 + basis.nodes + rounding, 1e-13, from_zero=True) is None
 
 
 def test_outputs_at_a_jump_are_left_limits():

@@ -65,6 +65,7 @@ def ramped(beta: float, cells: int, time: float, **more: float) -> dict[str, flo
         return plant.named()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("beta", "time"), [(0.02, 2.0), (0.1, 0.9), (0.1, 2.0), (0.5, 3.1)])
 def test_without_friction_it_is_the_telegraph_equation_in_closed_form(beta, time):
     seen, exact = ramped(beta, 0, time), Telegraph(FREE, beta, 5.0)
@@ -76,6 +77,7 @@ def test_without_friction_it_is_the_telegraph_equation_in_closed_form(beta, time
         assert seen[f"station_{number}_twist"] == pytest.approx(exact.twist(depth, time), abs=2e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beta", [0.1, 0.5])
 def test_with_damping_the_error_falls_with_the_second_power_of_the_cell(beta):
     exact = Telegraph(FREE, beta, 5.0)

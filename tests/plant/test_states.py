@@ -79,6 +79,7 @@ def in_a_fresh_process(fmu: Drive, packaging: str, tmp_path: Path, ends: list[fl
     return [[float.fromhex(value) for value in row] for row in json.loads(done.stdout)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("packaging", PACKAGINGS)
 @pytest.mark.parametrize("model", PLANTS)
@@ -88,6 +89,7 @@ def test_state_restored_in_a_fresh_process_repeats_the_same_bits(model, packagin
         assert continued(plant, changes=False) == rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_state_restored_in_a_fresh_process_goes_on_along_derivatives_that_are_set(model, tmp_path):
     start = {"speed_final": 20.0, "speed_duration": 3.0} if model == "DrillingProgram" else {}

@@ -21,6 +21,8 @@ from tests.plant.drive import PLANT, Drive
 from tests.theory.harmonics import balanced
 from tests.theory.strings import LIGHT, NOMINAL, PAPER, STRINGS, oracle_of
 
+pytestmark = pytest.mark.slow
+
 
 @cache
 def over_omega() -> Bistability:

@@ -17,6 +17,8 @@ from models.parameters import DrillstringParameters
 from tests.oracle import OracleSolution, Program, solve
 from tests.theory.strings import LIGHT, NOMINAL, PAPER, oracle_of
 
+pytestmark = pytest.mark.slow
+
 CASES = {
     # string, Omega, WOB, slips in a period, and for how long the oracle is to run until it repeats to 1e-9
     "figure 2": (PAPER, 10.0, NOMINAL, 1, 100.0),

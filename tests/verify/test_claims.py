@@ -12,6 +12,8 @@ from tests.verify.claim import CLAIMS, Trial, Verdict, verdict
 from tests.verify.examination import Tried, try_claims
 from tests.verify.report import claims_page
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def tried() -> list[Tried]:

@@ -7,6 +7,8 @@ import pytest
 import tests.verify.laws  # noqa: F401
 from tests.verify.finding import LAWS, Law
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 def test_law_holds(law: Law) -> None:

@@ -1,0 +1,21 @@
+"""What an isolated FMU may use; apart from the process, so that options can name the defaults at no cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an isolated FMU may use.
+
+    Parameters
+    ----------
+    time : float
+        For each call into it, s.
+    memory : float
+        Beyond what its process holds before it is loaded, bytes. Kept on Linux and macOS.
+    """
+
+    time: float = 60.0
+    memory: float = 4e9

@@ -1,0 +1,38 @@
+"""The order of the tests, the folder their workers share, and what is said at the end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.once import shared_folder
+
+COSTLY = ("cross_build", "hardening", "slow")
+
+
+@pytest.fixture(scope="session")
+def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What all tests of this run share, whichever worker they are on: to be filled by `tests.once.built_once`."""
+    return shared_folder(tmp_path_factory)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put modules that hold costly tests first, so that no worker begins one when the others are about to end."""
+    costly = {item.path for item in items if any(item.get_closest_marker(mark) for mark in COSTLY)}
+    items.sort(key=lambda item: item.path not in costly)
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Say what tests/native was skipped for and what it has measured."""
+    # not in tests/native/conftest.py, which the process that gathers the reports of workers does not load
+    here = [report for reports in terminalreporter.stats.values() for report in reports if _is_native(report)]
+    lines = {report.longrepr[2] for report in here if report.skipped}
+    lines |= {value for report in here if report.when == "call" for _, value in report.user_properties}
+    for line in sorted(lines):
+        terminalreporter.write_line(f"tests/native: {line}")
+
+
+def _is_native(report: object) -> bool:
+    return isinstance(report, pytest.TestReport) and report.nodeid.startswith("tests/native/")

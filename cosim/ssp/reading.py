@@ -120,7 +120,7 @@ def _components(whole: Element, where: str) -> dict[str, Element]:
     if whole.find(ssd("SignalDictionaries")) is not None:
         raise SspError(f"{where}: the system has signal dictionaries; none are supported")
     components: dict[str, Element] = {}
-    for element in whole.find(ssd("Elements")) or ():
+    for element in whole.iterfind(f"{ssd('Elements')}/*"):
         name, kind = str(element.get("name")), plain_name(element.tag)
         if kind != "Component":
             raise SspError(f"{where}: {name} is a {kind}; only components are supported")

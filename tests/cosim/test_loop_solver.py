@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cosim.stepping.loop.solver import LoopSolver
@@ -107,12 +107,15 @@ def test_a_jump_across_the_loop_is_found_and_not_taken_for_a_solution() -> None:
 
 
 @settings(max_examples=200, deadline=None)
+@example(k=1.0, part=0.5, side=-1.0, start=2.225073858507e-311)  # the answer to it overflows
+@example(k=1.0, part=0.5, side=1.0, start=0.0)
+@example(k=1.0, part=0.5, side=1.0, start=2.3e-308)  # its square does
 @given(st.floats(0.05, 50.0), st.floats(1e-4, 0.999), st.sampled_from([-1.0, 1.0]), st.floats(-30.0, 30.0))
 def test_two_roots_on_one_side_of_a_pole_are_not_missed(k: float, part: float, side: float, start: float) -> None:
     """x = s (k - c / (s x)) has two roots on one side of zero where c < k^2 / 4, and none where c is greater."""
     c = part * k * k / 4.0
     residual, calls = scalar(lambda x: side * (k - c / (side * x)) if x else math.inf)
-    values, _ = solver().solve(residual, np.array([start or 1.0]))
+    values, _ = solver().solve(residual, np.array([start]))
     roots = side * 0.5 * k * (1.0 + np.array([-1.0, 1.0]) * math.sqrt(1.0 - part))
     assert np.abs(values[0] - roots).min() <= 1e-8 * max(1.0, k) / math.sqrt(1.0 - part)
     assert calls[-1] == values[0]

@@ -34,22 +34,31 @@ class Tried:
 
 
 def examine(laws: Iterable[Law], note: Callable[[str], None]) -> list[Examined]:
-    """Examine laws one after another, noting each before; what one finds out others may use."""
+    """Examine laws one after another, noting each before; what one finds out others may use.
+
+    A law whose examination raises is broken, and those after it are examined all the same.
+    """
     done: list[Examined] = []
     for law in laws:
         note(law.statement)
         begun = time.perf_counter()
-        finding = law.examine()
+        try:
+            finding = law.examine()
+        except Exception as error:
+            finding = Finding.broken_by(error)
         done.append(Examined(law, finding, time.perf_counter() - begun))
     return done
 
 
 def try_claims(claims: Iterable[Claim], note: Callable[[str], None]) -> list[Tried]:
-    """Try claims one after another, noting each before."""
+    """Try claims one after another, noting each before; one that raises came out as nothing that was claimed."""
     done: list[Tried] = []
     for claim in claims:
         note(claim.statement)
         begun = time.perf_counter()
-        trials = claim.try_it()
+        try:
+            trials = claim.try_it()
+        except Exception as error:
+            trials = [Trial("all of it", f"{type(error).__name__}: {error}", False)]
         done.append(Tried(claim, trials, time.perf_counter() - begun))
     return done

@@ -36,6 +36,11 @@ class Finding:
         """Whether the error is within what is allowed; not if it is no number."""
         return self.found <= self.allowed
 
+    @classmethod
+    def broken_by(cls, error: Exception) -> Finding:
+        """Return what is found where the examination itself ends with an error: the law is broken, and this is why."""
+        return cls(f"nothing: {type(error).__name__}: {error}", np.nan, 0.0, "the examination has to come to its end")
+
 
 @dataclass(frozen=True)
 class Law:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,31 @@ def test_a_broken_law_is_told_and_fails_the_command(found: float, monkeypatch: p
     assert result.exit_code == 1
     assert "BROKEN" in result.output
     assert "1 of 2 laws hold" in result.output
+
+
+def unfinished() -> list[Trial]:
+    raise ArithmeticError("bit neither sticks nor slips")
+
+
+def test_a_law_that_raises_is_broken_and_the_others_are_examined(monkeypatch: pytest.MonkeyPatch) -> None:
+    raising = Law("a_law", "Nothing is lost", "Things", unfinished)  # pyright: ignore[reportArgumentType]
+    monkeypatch.setattr(command, "LAWS", [raising, law(0.5)])
+    result = CliRunner().invoke(app(), [])
+    assert result.exit_code == 1
+    assert isinstance(result.exception, SystemExit)
+    assert "BROKEN" in result.output
+    assert "1 of 2 laws hold" in result.output
+    assert "ArithmeticError: bit neither sticks nor slips" in " ".join(
+        cell.strip() for line in result.output.splitlines() for cell in line.split("│")[2:3]
+    )
+
+
+def test_a_claim_that_raises_came_out_as_nothing_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "CLAIMS", [replace(CLAIM, try_it=unfinished)])
+    result = CliRunner().invoke(app(), [])
+    assert result.exit_code == 1
+    assert "does not hold" in result.output
+    assert "docs/claims.md is not what came out" in result.output
 
 
 def test_claims_that_came_out_differently_fail_the_command(page: Path) -> None:

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import math
+import sys
+
+import numpy as np
+
 from cosim.signals import FloatArray
 from cosim.stepping.loop import bracket, newton
 from cosim.stepping.loop.quasi_newton import QuasiNewton
 from cosim.stepping.loop.trials import Residual, Trial, Trials, UnsolvedError
+
+# An answer whose square overflows is as good as infinite: nothing can be extrapolated from it.
+_OVERFLOWING = math.sqrt(sys.float_info.max) / 1e3
+# So far is a start moved, relative to the usual size, where the answer to it overflows.
+_FIRST_STRIDE = 0.01
 
 
 class LoopSolver:
@@ -70,11 +80,14 @@ class LoopSolver:
             trial = trials.make(values)
             if trials.solved(trial):
                 return trial
-            if trial.answered:
+            if trial.miss < _OVERFLOWING:
                 values = self._quasi_newton.propose(trial.values, trial.residual)
                 last = trial
             elif last is None:
-                raise UnsolvedError(trials)
+                if np.isnan(trial.residual).any():
+                    raise UnsolvedError(trials)
+                # The components answered, and what they answered has overflowed: a pole is next to the start.
+                values = trial.values + _FIRST_STRIDE * np.maximum(1.0, np.abs(trial.values))
             else:
                 values = 0.5 * (trial.values + last.values)
         return None

@@ -13,7 +13,7 @@ BIN    := $(VENV)/bin
 endif
 
 .PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify coverage sanitize fuzz bench wheel \
-    check-release pins clean
+    check-release pins hunt clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
@@ -122,6 +122,11 @@ pins: setup
 	$(PIN) -c requirements/all.txt --extra bench -o requirements/bench.txt
 	$(PIN) -c requirements/all.txt --extra docs --extra theory -o requirements/docs.txt
 	rm requirements/all.txt
+
+# The tests that draw examples, with new ones each time; what fails prints how to make it again.
+HUNTS ?= 20
+hunt: all-fmus
+	for hunt in $$(seq $(HUNTS)); do HYPOTHESIS_PROFILE=hunt $(BIN)/python -m pytest -m hypothesis || exit 1; done
 
 clean:
 	rm -rf $(VENV) build dist runs

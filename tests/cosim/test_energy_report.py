@@ -13,6 +13,8 @@ from cosim import Component, Constant, InputError, Scenario, System, Table, load
 from cosim.energy_report import EnergyGrowth, arriving_wave, deviation_growth, energy_growth
 from cosim.result import Result
 
+pytestmark = pytest.mark.slow
+
 ALGORITHMS = ("jacobi", "gauss-seidel", "implicit")
 FORMS = ("printed", "tracking")
 ROUNDING = 1e-9

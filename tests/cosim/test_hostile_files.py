@@ -313,6 +313,7 @@ LIBRARIES: dict[str, tuple[Make, str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("make", "message"), LIBRARIES.values(), ids=LIBRARIES)
 @pytest.mark.parametrize("isolate", [False, True])
 def test_a_library_that_cannot_be_one_is_refused(

@@ -102,6 +102,7 @@ def test_the_printed_law_has_no_solution_with_the_plant_and_the_implicit_algorit
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_printed_law_goes_on_explicitly_only_where_asked_and_owns_up_to_it(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
@@ -133,6 +134,7 @@ RUNS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "variant"), RUNS)
 def test_both_packagings_give_the_same_bits(name: str, variant: str | None) -> None:
     scenario = load_scenario(name)

@@ -26,6 +26,7 @@ def probing(probe: Path, *, inputs=None, parameters=None) -> Scenario:
     return Scenario("probing", system, stop_time=1.0, step_size=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss-seidel"])
 @pytest.mark.parametrize(
     ("name", "variant"),

@@ -57,6 +57,7 @@ DISTANCES = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=40)
 @given(courses(), DISTANCES.filter(lambda every: any(every.values())), st.sampled_from([1, 7, 64, 65536]))
 def test_zarr_gives_back_what_it_took(course: tuple[list[int], int], every: dict[str, int], chunk: int) -> None:

@@ -65,6 +65,7 @@ def test_every_fmu_keeps_to_the_standard(packaging: str, name: str) -> None:
     assert validate_fmu(str(DIST / packaging / f"{name}.fmu")) == []
 
 
+@pytest.mark.cross_build
 @pytest.mark.parametrize("packaging", PACKAGINGS)
 @pytest.mark.parametrize("name", MODELS)
 def test_every_fmu_carries_its_page_and_all_licences(packaging: str, name: str) -> None:

@@ -32,6 +32,8 @@ if sys.platform == "linux":
 
 from ecospy import EcosLib, EcosSimulation, EcosSimulationStructure
 
+pytestmark = pytest.mark.slow
+
 EcosLib.set_log_level("warn")
 
 FINE = 1.0 / 1024

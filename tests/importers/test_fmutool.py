@@ -28,6 +28,8 @@ from tests.importers.systems import (
     system_of,
 )
 
+pytestmark = pytest.mark.slow
+
 PLANT = NATIVE / "DrillstringNeutral.fmu"
 FINE = 1.0 / 1024
 """A step [s] whose multiples are exact."""

@@ -38,6 +38,8 @@ from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
 from libcosimpy.CosimObserver import CosimObserver
 from libcosimpy.CosimSlave import CosimLocalSlave
 
+pytestmark = pytest.mark.slow
+
 log_output_level(CosimLogLevel.WARNING)
 
 FINE = 1.0 / 512

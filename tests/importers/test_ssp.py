@@ -20,6 +20,8 @@ from tests.importers.test_ecospy import observed as observed_by_ecos
 from tests.importers.test_libcosimpy import CosimExecution
 from tests.importers.test_libcosimpy import observed as observed_by_libcosim
 
+pytestmark = pytest.mark.slow
+
 STEP = 1.0 / 64
 """A step [s] whose multiples are exact and whole nanoseconds."""
 STEPS = 640

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from matplotlib.image import imread
 
 from cosim import load_scenario, simulate
@@ -16,6 +17,8 @@ from models.laws import DissipativeLaw
 from models.loop_set import PrintedLoop
 from tests.theory.strings import NOMINAL, PAPER
 from tests.theory.test_bistability import over_omega
+
+pytestmark = pytest.mark.slow
 
 
 def share(path: Path, low: tuple[float, float, float], high: tuple[float, float, float]) -> float:

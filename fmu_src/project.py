@@ -36,6 +36,7 @@ def license_text(distribution: str = NAME) -> str:
     if distribution == NAME and (ROOT / "LICENSE").is_file():
         return (ROOT / "LICENSE").read_text(encoding="utf-8")
     for path in metadata.files(distribution) or []:
-        if path.name.upper().startswith("LICEN") and path.parent.name != "_vendor":
+        is_text = path.suffix in ("", ".md", ".rst", ".txt")  # not a module licenses.py
+        if is_text and path.name.upper().startswith("LICEN") and path.parent.name != "_vendor":
             return Path(path.locate()).read_text(encoding="utf-8")
     raise FileNotFoundError(f"the installed {distribution} carries no licence file; reinstall it")

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import settings
 
-from tests.once import shared_folder
+from tests.once import built_once, shared_folder
 
 # A run tries the same examples as the run before it, whoever makes it; `make hunt` looks for new ones.
 settings.register_profile("same", derandomize=True, deadline=None, database=None)
 settings.register_profile("hunt", deadline=None, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
+ROOT = Path(__file__).parents[1]
 COSTLY = ("cross_build", "hardening", "slow")
 
 
@@ -23,6 +26,17 @@ COSTLY = ("cross_build", "hardening", "slow")
 def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What all tests of this run share, whichever worker they are on: to be filled by `tests.once.built_once`."""
     return shared_folder(tmp_path_factory)
+
+
+@pytest.fixture(scope="session")
+def wheel(run_folder: Path) -> Path:
+    """The wheel of the project, with the FMUs for all platforms."""
+
+    def build(folder: Path) -> None:
+        options = ["--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
+        subprocess.run([sys.executable, "-m", "pip", "wheel", *options, str(ROOT)], check=True)
+
+    return next(built_once(run_folder / "wheel", build).glob("*.whl"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from cosim.errors import CosimError, InputError, LoopError, RunError, SlaveError
-    from cosim.master import co_simulate
-    from cosim.method import Method
-    from cosim.result import Result
-    from cosim.scenario import Scenario, Variant
-    from cosim.scenario_file import load_scenario, scenario_names
-    from cosim.signals import Constant, Signal, Step, Table, ramp, read_table
-    from cosim.simulation import simulate
-    from cosim.streaming.reading import open_trajectory
-    from cosim.streaming.stream import stream
-    from cosim.system import Component, Connection, PowerBond, System
+    from cosim.master.co_simulation import co_simulate
+    from cosim.recording.result import Result
+    from cosim.run.simulation import simulate
+    from cosim.run.streaming.reading import open_trajectory
+    from cosim.run.streaming.stream import stream
+    from cosim.scenario.scenario import Scenario, Variant
+    from cosim.scenario.scenario_file import load_scenario, scenario_names
+    from cosim.system.method import Method
+    from cosim.system.signals import Constant, Signal, Step, Table, ramp, read_table
+    from cosim.system.structure import Component, Connection, PowerBond, System
 
     __version__: str
 
@@ -55,31 +55,31 @@ __all__ = [
 
 # What type checkers see above is imported when it is first asked for (PEP 562), so that `import cosim` costs nothing.
 _HOMES = {
-    "Component": "cosim.system",
-    "Connection": "cosim.system",
-    "Constant": "cosim.signals",
+    "Component": "cosim.system.structure",
+    "Connection": "cosim.system.structure",
+    "Constant": "cosim.system.signals",
     "CosimError": "cosim.errors",
     "InputError": "cosim.errors",
     "LoopError": "cosim.errors",
-    "Method": "cosim.method",
-    "PowerBond": "cosim.system",
-    "Result": "cosim.result",
+    "Method": "cosim.system.method",
+    "PowerBond": "cosim.system.structure",
+    "Result": "cosim.recording.result",
     "RunError": "cosim.errors",
-    "Scenario": "cosim.scenario",
-    "Signal": "cosim.signals",
+    "Scenario": "cosim.scenario.scenario",
+    "Signal": "cosim.system.signals",
     "SlaveError": "cosim.errors",
-    "Step": "cosim.signals",
-    "System": "cosim.system",
-    "Table": "cosim.signals",
-    "Variant": "cosim.scenario",
-    "co_simulate": "cosim.master",
-    "load_scenario": "cosim.scenario_file",
-    "open_trajectory": "cosim.streaming.reading",
-    "ramp": "cosim.signals",
-    "read_table": "cosim.signals",
-    "scenario_names": "cosim.scenario_file",
-    "simulate": "cosim.simulation",
-    "stream": "cosim.streaming.stream",
+    "Step": "cosim.system.signals",
+    "System": "cosim.system.structure",
+    "Table": "cosim.system.signals",
+    "Variant": "cosim.scenario.scenario",
+    "co_simulate": "cosim.master.co_simulation",
+    "load_scenario": "cosim.scenario.scenario_file",
+    "open_trajectory": "cosim.run.streaming.reading",
+    "ramp": "cosim.system.signals",
+    "read_table": "cosim.system.signals",
+    "scenario_names": "cosim.scenario.scenario_file",
+    "simulate": "cosim.run.simulation",
+    "stream": "cosim.run.streaming.stream",
 }
 
 

@@ -7,7 +7,7 @@ equation of docs/model.md.
 
 from __future__ import annotations
 
-from . import distributed_page, equations, guide
+from .page import distributed_page, equations, guide
 from .rows import count_row as _count
 from .rows import flag_row as _flag
 from .rows import input_row as _input

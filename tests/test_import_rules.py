@@ -11,8 +11,12 @@ ROOT = Path(__file__).parents[1]
 PARTS = ("build_fmu", "cosim", "fmu_src", "models", "tests")
 
 # The master knows an FMU by its modelDescription alone. What knows strings and bits asks one module for mathematics.
-MATHEMATICS = "cosim/mathematics.py"
-MAY_USE_MATHEMATICS = {"cosim/dissipation_map.py", "cosim/energy_report.py", "cosim/stability_map.py"}
+MATHEMATICS = "cosim/drilling/mathematics.py"
+MAY_USE_MATHEMATICS = {
+    "cosim/drilling/dissipation_map.py",
+    "cosim/drilling/energy_growth.py",
+    "cosim/drilling/stability_map.py",
+}
 
 
 def imported(path: Path) -> set[str]:
@@ -53,6 +57,7 @@ def test_only_what_knows_drilling_asks_for_mathematics() -> None:
     importers = {
         path.relative_to(ROOT).as_posix()
         for path in SOURCES
-        if path.is_relative_to(ROOT / "cosim") and "cosim.mathematics import" in path.read_text(encoding="utf-8")
+        if path.is_relative_to(ROOT / "cosim")
+        and "cosim.drilling.mathematics import" in path.read_text(encoding="utf-8")
     }
     assert importers == MAY_USE_MATHEMATICS

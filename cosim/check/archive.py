@@ -8,11 +8,11 @@ import fmpy  # pyright: ignore[reportMissingTypeStubs]
 
 from cosim.check.verdict import Outcome, failed, not_checked, noted, passed
 from cosim.check.wording import counted
-from cosim.description import Description
 from cosim.errors import FmuFileError
-from cosim.fmu.archive import open_archive
-from cosim.fmu.library import find_binary
-from cosim.fmu.platforms import built_for, expected_for
+from cosim.fmi2.archive import open_archive
+from cosim.fmi2.library import find_binary
+from cosim.fmi2.platforms import built_for, expected_for
+from cosim.system.description import Description
 
 _LIBRARIES = (".so", ".dll", ".dylib")
 

@@ -11,7 +11,7 @@ from cosim.check.exercise import Exercise, Plan, Record
 from cosim.check.instance import Instance
 from cosim.check.library import Library
 from cosim.check.reference import Experiment
-from cosim.description import Description, Variable
+from cosim.system.description import Description, Variable
 
 
 class Bench:

@@ -10,7 +10,7 @@ from cosim.check.bench import Bench
 from cosim.check.exercise import Exercise, Plan, Runner, not_finite
 from cosim.check.instance import CallError
 from cosim.check.verdict import Outcome, failed, noted, passed
-from cosim.description import Variable
+from cosim.system.description import Variable
 
 OTHER_GUID = "{00000000-0000-0000-0000-000000000000}"
 _SECONDS = 2.0

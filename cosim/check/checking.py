@@ -15,9 +15,9 @@ from cosim.check.reference import Experiment, holds_reference, model_names, read
 from cosim.check.verdict import Comparison, Finding, Group, Outcome, Report, Verdict, failed, not_checked
 from cosim.check.wording import counted
 from cosim.check.worker import EXPERIMENT, UNLOADING, Job
-from cosim.description import Description
 from cosim.errors import FmuFileError, InputError
-from cosim.fmu.model_description import read_description
+from cosim.fmi2.model_description import read_description
+from cosim.system.description import Description
 
 TIME_LIMIT = 60.0
 """Wall time a check may take unless said otherwise [s]."""

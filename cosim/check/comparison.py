@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cosim.check.reference import Tolerance
 from cosim.check.series import SAME_TIME, Series, same_time
 from cosim.check.verdict import Comparison
-from cosim.description import Variable
+from cosim.system.description import Variable
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from cosim.check.instance import Instance
 from cosim.check.states import unclaimed
 from cosim.check.verdict import Outcome, failed, not_checked, passed
 from cosim.check.wording import sample
-from cosim.description import Variable
+from cosim.system.description import Variable
 
 FloatArray = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from fmpy.validation import validate_fmu  # pyright: ignore[reportMissingTypeStu
 
 from cosim.check.verdict import Outcome, failed, noted, passed
 from cosim.check.wording import counted, some
-from cosim.description import Description, Variable
 from cosim.errors import FmuFileError
-from cosim.fmu.xml_check import check_xml
+from cosim.fmi2.xml_check import check_xml
+from cosim.system.description import Description, Variable
 
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
 """The schema files of FMI 2.0.5, which fmpy carries; they are under the 2-clause BSD licence."""

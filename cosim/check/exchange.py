@@ -7,7 +7,7 @@ from typing import Any
 
 from cosim.check.instance import BASE_TYPES, Instance, base_type, references
 from cosim.check.library import ELEMENTS
-from cosim.description import Variable
+from cosim.system.description import Variable
 
 
 class Exchange:

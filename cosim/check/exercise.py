@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from cosim.check.exchange import Exchange, exchanges
 from cosim.check.instance import Instance
-from cosim.description import Description, Variable
 from cosim.errors import format_time
+from cosim.system.description import Description, Variable
 
 STEPS = 500
 """Steps of a run, if the default experiment has as many."""

@@ -1,6 +1,6 @@
 """An FMU called through the bare functions of FMI 2.0, so that every status can be seen and every rule tried.
 
-`cosim.fmu.slave` is for runs that should succeed; this is for finding out what an FMU does.
+`cosim.fmi2.fmu_slave` is for runs that should succeed; this is for finding out what an FMU does.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from types import TracebackType
 from typing import Any, NamedTuple, cast
 
 from cosim.check.library import CO_SIMULATION, ELEMENTS, Library
-from cosim.description import Variable
 from cosim.errors import format_time
-from cosim.fmu.log import Journal
-from cosim.signals import Value
+from cosim.fmi2.log import Journal
+from cosim.system.description import Variable
+from cosim.system.signals import Value
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")

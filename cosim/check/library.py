@@ -8,7 +8,7 @@ from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_
 from pathlib import Path
 from typing import Any
 
-from cosim.description import Description
+from cosim.system.description import Description
 
 CO_SIMULATION = 1
 ELEMENTS: Mapping[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
@@ -75,7 +75,7 @@ class Library:
     Parameters
     ----------
     loaded : fmpy.fmi2.FMU2Slave
-        From `cosim.fmu.library.loaded_fmu`.
+        From `cosim.fmi2.library.loaded_fmu`.
     description : Description
         Of the FMU.
     trace : CallTrace

@@ -12,7 +12,7 @@ from cosim.check.instance import Instance
 from cosim.check.simulate import Run
 from cosim.check.states import unclaimed
 from cosim.check.verdict import Outcome, failed, not_checked, passed
-from cosim.description import Variable
+from cosim.system.description import Variable
 
 LAST_PART = 1e-3
 """Part of a step over which a difference is taken, a time in which little else happens."""

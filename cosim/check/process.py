@@ -15,7 +15,7 @@ from cosim.check.behaviour import ALONE
 from cosim.check.library import CallTrace
 from cosim.check.verdict import Outcome, Verdict, failed, noted
 from cosim.check.worker import JOURNAL, TRACE, UNLOADING, Job
-from cosim.isolation.process_end import end_session, fault
+from cosim.fmi2.isolation.process_end import end_session, fault
 
 _WAIT, _STARTUP = 0.02, 60.0
 Told = Callable[[str], None]

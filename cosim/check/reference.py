@@ -18,12 +18,12 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from cosim.check.series import Series, read_series
-from cosim.description import Description
 from cosim.errors import InputError
-from cosim.fmu.xml_check import check_xml
-from cosim.ssp.document import read_document
-from cosim.ssp.parameter_set import Given, read_parameter_set
-from cosim.ssp.vocabulary import ssv
+from cosim.fmi2.xml_check import check_xml
+from cosim.scenario.ssp.document import read_document
+from cosim.scenario.ssp.parameter_set import Given, read_parameter_set
+from cosim.scenario.ssp.vocabulary import ssv
+from cosim.system.description import Description
 
 PLACE = "extra/org.fmi-standard.fmi-ls-ref"
 MANIFEST = "fmi-ls-manifest.xml"

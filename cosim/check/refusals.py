@@ -13,8 +13,8 @@ from cosim.check.bench import Bench
 from cosim.check.instance import ACCEPTED, CallError
 from cosim.check.verdict import Outcome, not_checked, noted, passed
 from cosim.check.wording import sample, some
-from cosim.description import Variable
-from cosim.signals import Value
+from cosim.system.description import Variable
+from cosim.system.signals import Value
 
 _MOST_ATTEMPTS = 40
 

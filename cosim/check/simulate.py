@@ -15,10 +15,10 @@ from cosim.check.reference import Experiment
 from cosim.check.series import Series, same_time
 from cosim.check.verdict import Comparison, Outcome, Verdict, failed, not_checked, passed
 from cosim.check.wording import counted, some
-from cosim.description import Description, Variable
 from cosim.errors import InputError
-from cosim.parameters import convert
-from cosim.signals import Value
+from cosim.system.description import Description, Variable
+from cosim.system.parameters import convert
+from cosim.system.signals import Value
 
 _LAST = 1e-6
 Advance = Callable[[Instance, float, float], None]

@@ -22,10 +22,10 @@ from cosim.check.library import CallTrace, Library
 from cosim.check.reference import Experiment, model_names, read_reference
 from cosim.check.simulate import check_experiment
 from cosim.check.verdict import Outcome, Verdict, failed, not_checked
-from cosim.description import Description
 from cosim.errors import FmuFileError, InputError
-from cosim.fmu.library import loaded_fmu
-from cosim.fmu.model_description import read_description
+from cosim.fmi2.library import loaded_fmu
+from cosim.fmi2.model_description import read_description
+from cosim.system.description import Description
 
 JOURNAL, TRACE = "journal.jsonl", "trace"
 UNLOADING = "unloading"

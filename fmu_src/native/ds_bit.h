@@ -1,4 +1,4 @@
-/* The bit: the down-going wave arrives, dry friction holds or drags, the up-going wave leaves. Follows models/bit.py. */
+/* The bit: the down-going wave arrives, dry friction holds or drags, the up-going wave leaves. Follows models/plant/bit.py. */
 #ifndef DS_BIT_H
 #define DS_BIT_H
 

@@ -1,4 +1,4 @@
-/* Places on the time axis as a block number and a fraction of the block. Follows models/clock.py. */
+/* Places on the time axis as a block number and a fraction of the block. Follows models/plant/clock.py. */
 #ifndef DS_CLOCK_H
 #define DS_CLOCK_H
 

@@ -1,4 +1,4 @@
-/* Collocation at the four Lobatto points of [0, 1], of order six. Follows models/collocation.py. */
+/* Collocation at the four Lobatto points of [0, 1], of order six. Follows models/numerics/collocation.py. */
 #ifndef DS_COLLOCATION_H
 #define DS_COLLOCATION_H
 

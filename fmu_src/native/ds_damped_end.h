@@ -1,5 +1,5 @@
 /* The damping next to an end of the string, where the wave that leaves crosses the one it was made of. Follows
- * models/damped_end.py, which explains it. */
+ * models/plant/damped_end.py, which explains it. */
 #ifndef DS_DAMPED_END_H
 #define DS_DAMPED_END_H
 

@@ -1,4 +1,4 @@
-/* The drillstring with damping along it, eqs. (1) to (4), and stations on it. Follows models/distributed.py.
+/* The drillstring with damping along it, eqs. (1) to (4), and stations on it. Follows models/plant/distributed.py.
  * The memory of its state holds ds_distributed_state and, behind it, the state of the neutral plant it is made from,
  * which ends in an array and so can be no member of a struct. */
 #ifndef DS_DISTRIBUTED_H

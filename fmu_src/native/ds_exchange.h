@@ -1,4 +1,4 @@
-/* What the damping along the string makes of two waves that pass through each other. Follows models/exchange.py, which
+/* What the damping along the string makes of two waves that pass through each other. Follows models/plant/exchange.py, which
  * explains it. */
 #ifndef DS_EXCHANGE_H
 #define DS_EXCHANGE_H

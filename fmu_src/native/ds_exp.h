@@ -1,4 +1,4 @@
-/* An exponential made of + - * only: the same bits on every platform. Follows models/exponential.py. */
+/* An exponential made of + - * only: the same bits on every platform. Follows models/numerics/exponential.py. */
 #ifndef DS_EXP_H
 #define DS_EXP_H
 

@@ -1,4 +1,4 @@
-/* The torque on bit, eqs. (3) and (4): viscous damping and set-valued dry friction. Follows models/friction.py. */
+/* The torque on bit, eqs. (3) and (4): viscous damping and set-valued dry friction. Follows models/plant/friction.py. */
 #ifndef DS_FRICTION_H
 #define DS_FRICTION_H
 

@@ -1,5 +1,5 @@
 /* A wave under way between the ends of the string: a queue of quartic pieces, one travel time long.
- * Follows models/delay_line.py, which explains it. */
+ * Follows models/plant/delay_line.py, which explains it. */
 #ifndef DS_LINE_H
 #define DS_LINE_H
 

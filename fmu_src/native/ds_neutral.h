@@ -1,5 +1,5 @@
 /* The drillstring as a neutral delay system, eqs. (14) and (15), in the form of waves it is computed in.
- * Follows models/neutral.py. The model is constant after the start; the state is one flat block without pointers,
+ * Follows models/plant/neutral.py. The model is constant after the start; the state is one flat block without pointers,
  * so that saving and restoring it is a copy. */
 #ifndef DS_NEUTRAL_H
 #define DS_NEUTRAL_H

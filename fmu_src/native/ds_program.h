@@ -1,4 +1,4 @@
-/* What the driller asks for over time: one change, or a table. Follows models/program.py. */
+/* What the driller asks for over time: one change, or a table. Follows models/controllers/program.py. */
 #ifndef DS_PROGRAM_H
 #define DS_PROGRAM_H
 

@@ -1,5 +1,5 @@
 /* Quartic polynomials on the unit interval, the form every wave and every speed is kept in.
- * Follows models/quartic.py. */
+ * Follows models/numerics/quartic.py. */
 #ifndef DS_QUARTIC_H
 #define DS_QUARTIC_H
 

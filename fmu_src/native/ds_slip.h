@@ -1,4 +1,4 @@
-/* The bit equation integrated over one piece of slip. Follows models/slip.py, which explains it. */
+/* The bit equation integrated over one piece of slip. Follows models/plant/slip.py, which explains it. */
 #ifndef DS_SLIP_H
 #define DS_SLIP_H
 

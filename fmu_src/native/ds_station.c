@@ -27,7 +27,7 @@ static wave_at look(const ds_line *line, const ds_piece *ring, int index, double
     return w;
 }
 
-/* what the formulas of models/station.py share */
+/* what the formulas of models/plant/station.py share */
 typedef struct {
     double after;  /* 1 + kappa x / 2 */
     double before; /* 1 - kappa x / 2 */

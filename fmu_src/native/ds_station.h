@@ -1,5 +1,5 @@
 /* A place along the string where speed, torque and angle are read: where two blocks begin to cross at whole blocks.
- * Follows models/station.py, which explains it. */
+ * Follows models/plant/station.py, which explains it. */
 #ifndef DS_STATION_H
 #define DS_STATION_H
 

@@ -1,4 +1,4 @@
-/* The top end: the up-going wave arrives, the drive turns, the down-going wave leaves. Follows models/top.py. */
+/* The top end: the up-going wave arrives, the drive turns, the down-going wave leaves. Follows models/plant/top.py. */
 #ifndef DS_TOP_H
 #define DS_TOP_H
 

@@ -1,4 +1,4 @@
-/* The drive speed law of eq. (9), as printed and in tracking form. Follows models/laws.py, which explains it. */
+/* The drive speed law of eq. (9), as printed and in tracking form. Follows models/controllers/laws.py, which explains it. */
 #include <math.h>
 
 #include "ds_memoryless.h"

@@ -1,4 +1,4 @@
-/* The driller's program as an FMU. Follows models/program.py and models/friction.py. */
+/* The driller's program as an FMU. Follows models/controllers/program.py and models/plant/friction.py. */
 #include <math.h>
 
 #include "ds_condition.h"

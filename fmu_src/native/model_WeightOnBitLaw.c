@@ -1,4 +1,4 @@
-/* The weight on bit of eq. (22). Follows models/laws.py. */
+/* The weight on bit of eq. (22). Follows models/controllers/laws.py. */
 #include <math.h>
 
 #include "ds_condition.h"

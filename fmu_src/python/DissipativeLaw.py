@@ -6,7 +6,7 @@ from typing import Any
 
 from fmu_src.interface import DISSIPATIVE_LAW
 from fmu_src.python.slave import TableSlave
-from models.laws import DissipativeLaw as Law
+from models.controllers.laws import DissipativeLaw as Law
 
 _AT = {variable.name: index for index, variable in enumerate(DISSIPATIVE_LAW.variables)}
 

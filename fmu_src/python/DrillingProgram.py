@@ -7,9 +7,9 @@ from typing import Any
 
 from fmu_src.interface import DRILLING_PROGRAM
 from fmu_src.python.slave import TableSlave
-from models.friction import torque_on_bit
-from models.parameters import DrillstringParameters
-from models.program import Change, Point, Table, read_table
+from models.controllers.program import Change, Point, Table, read_table
+from models.plant.friction import torque_on_bit
+from models.plant.parameters import DrillstringParameters
 
 _AT = {variable.name: index for index, variable in enumerate(DRILLING_PROGRAM.variables)}
 _FRICTION = ("R_b", "c_b", "mu_cb", "mu_sb", "gamma_b", "v_f")

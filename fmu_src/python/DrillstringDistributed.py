@@ -1,4 +1,4 @@
-"""The plant with damping along the string as a pythonfmu slave over `models.distributed`."""
+"""The plant with damping along the string as a pythonfmu slave over `models.plant.distributed`."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 
 from fmu_src.interface import DRILLSTRING_DISTRIBUTED, MOST_STATIONS
 from fmu_src.python.plant import MOST_CELLS, PlantSlave
-from models.clock import BLOCK
-from models.distributed import DrillstringDistributed as Plant
-from models.distributed_parameters import DistributedParameters
-from models.neutral import InitialState
-from models.station import StationOutputs
+from models.plant.clock import BLOCK
+from models.plant.distributed import DrillstringDistributed as Plant
+from models.plant.distributed_parameters import DistributedParameters
+from models.plant.neutral import InitialState
+from models.plant.station import StationOutputs
 
 
 class DrillstringDistributed(PlantSlave[Plant]):

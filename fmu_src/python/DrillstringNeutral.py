@@ -1,4 +1,4 @@
-"""The plant as a pythonfmu slave over `models.neutral`."""
+"""The plant as a pythonfmu slave over `models.plant.neutral`."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 
 from fmu_src.interface import DRILLSTRING_NEUTRAL
 from fmu_src.python.plant import PlantSlave
-from models.neutral import DrillstringNeutral as Plant
-from models.neutral import InitialState
-from models.parameters import DrillstringParameters
+from models.plant.neutral import DrillstringNeutral as Plant
+from models.plant.neutral import InitialState
+from models.plant.parameters import DrillstringParameters
 
 
 class DrillstringNeutral(PlantSlave[Plant]):

@@ -7,7 +7,7 @@ from typing import Any
 
 from fmu_src.interface import WEIGHT_ON_BIT_LAW
 from fmu_src.python.slave import TableSlave
-from models.laws import WeightOnBitLaw as Law
+from models.controllers.laws import WeightOnBitLaw as Law
 
 _AT = {variable.name: index for index, variable in enumerate(WEIGHT_ON_BIT_LAW.variables)}
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import Any, Generic, TypeVar
 
 from fmu_src.python.slave import TableSlave
-from models.clock import CELL_LIMIT
-from models.neutral import DrillstringNeutral, InitialState, Outputs
-from models.parameters import DrillstringParameters
+from models.plant.clock import CELL_LIMIT
+from models.plant.neutral import DrillstringNeutral, InitialState, Outputs
+from models.plant.parameters import DrillstringParameters
 
 _TUNABLE = ("c_b", "mu_cb", "mu_sb", "gamma_b")
 MOST_CELLS = 1e7

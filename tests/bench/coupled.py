@@ -8,17 +8,17 @@ from ctypes import c_size_t, c_uint, c_void_p
 from functools import partial
 
 from cosim import Component, Connection, System
-from cosim.algorithms import EXPLICIT
-from cosim.compatibility import check_system
-from cosim.fmu.locate import locate_fmu
-from cosim.fmu.model_description import read_description
-from cosim.fmu.slave import open_fmu
-from cosim.grid import communication_points
-from cosim.stepping.initialisation import initialise
-from cosim.stepping.readable_loop import readable_steps
-from cosim.stepping.step_loop import compiled_steps
-from cosim.stepping.wiring import wire
-from cosim.system import split_name
+from cosim.fmi2.fmu_slave import open_fmu
+from cosim.fmi2.locate import locate_fmu
+from cosim.fmi2.model_description import read_description
+from cosim.master.communication_points import communication_points
+from cosim.master.stepping.compiled_loop import compiled_steps
+from cosim.master.stepping.initialisation import initialise
+from cosim.master.stepping.readable_loop import readable_steps
+from cosim.master.stepping.wiring import wire
+from cosim.system.algorithms import EXPLICIT
+from cosim.system.compatibility import check_system
+from cosim.system.structure import split_name
 from tests.bench.native import importer, loops
 from tests.importers.test_libcosimpy import build
 from tests.plant.drive import Drive

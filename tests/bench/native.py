@@ -12,7 +12,7 @@ from pathlib import Path
 
 import fmpy
 
-from fmu_src.native_build import FLAGS, FMI_HEADERS, NATIVE
+from fmu_src.build.native import FLAGS, FMI_HEADERS, NATIVE
 from tests.plant.drive import Drive
 from tests.plant.fmi import Instance
 

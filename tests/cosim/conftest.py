@@ -10,7 +10,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from cosim.fmu.library import _FOLDERS
+from cosim.fmi2.library import _FOLDERS
 from tests.once import built_once
 
 SOURCE = Path(__file__).parent / "probe"

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.linalg import expm
 
-from cosim.description import Description, Unit, Variable
 from cosim.errors import SlaveError
-from cosim.record import BASE_TYPES, Block, initial_value
-from cosim.signals import Value
+from cosim.recording.record import BASE_TYPES, Block, initial_value
+from cosim.system.description import Description, Unit, Variable
+from cosim.system.signals import Value
 
 RAD_PER_S = Unit("rad/s", (0, 0, -1, 0, 0, 0, 0, 1))
 

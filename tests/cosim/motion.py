@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cosim.result import Result
+from cosim.recording.result import Result
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner, Result
 
-from cosim.cli import app
+from cosim.cli.app import app
 from cosim.errors import FmuFileError
-from cosim.fmu.archive import FREE_RATIO_BYTES, MOST_BYTES, MOST_IN_MEMORY, MOST_MEMBERS, open_archive
-from cosim.fmu.xml_check import MOST_DEPTH
+from cosim.fmi2.archive import FREE_RATIO_BYTES, MOST_BYTES, MOST_IN_MEMORY, MOST_MEMBERS, open_archive
+from cosim.fmi2.xml_check import MOST_DEPTH
 from tests.cosim import hostile
 from tests.cosim.hostile import named, of_kind, pack
 

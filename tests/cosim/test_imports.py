@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import cosim
 from cosim import open_trajectory
-from cosim.cli import app
+from cosim.cli.app import app
 from cosim.errors import MissingPackageError
 from cosim.optional import require
 
@@ -31,13 +31,13 @@ def loaded_by(program: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "program", ["import cosim", "from cosim import *", "import cosim.cli", "import cosim.streaming.stream"]
+    "program", ["import cosim", "from cosim import *", "import cosim.cli.app", "import cosim.run.streaming.stream"]
 )
 def test_no_heavy_package_is_imported_before_it_is_needed(program: str) -> None:
     assert loaded_by(program).isdisjoint(HEAVY)
 
 
-@pytest.mark.parametrize("program", ["import cosim", "import cosim.cli"])
+@pytest.mark.parametrize("program", ["import cosim", "import cosim.cli.app"])
 def test_neither_the_package_nor_its_help_loads_numpy_or_fmpy(program: str) -> None:
     assert loaded_by(program).isdisjoint({"fmpy", "lxml", "numpy"})
 

@@ -17,9 +17,9 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 
-from fmu_src import bundle
-from fmu_src.building import build
-from fmu_src.description import Packaging
+from fmu_src.build import bundle
+from fmu_src.build.building import build
+from fmu_src.build.description import Packaging
 from tests.fmu_src.gauge import GAUGE
 from tests.once import built_once
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import resvg_py
 
-from fmu_src.terminals import ICONS
+from fmu_src.build.terminals import ICONS
 
 
 def drawings() -> list[Path]:

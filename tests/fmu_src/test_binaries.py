@@ -12,8 +12,8 @@ from pathlib import Path
 import lief
 import pytest
 
+from fmu_src.build.native import FMI_HEADERS
 from fmu_src.interface import MODELS
-from fmu_src.native_build import FMI_HEADERS
 
 pytestmark = pytest.mark.cross_build
 

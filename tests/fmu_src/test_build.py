@@ -14,7 +14,7 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmu_src import project
+from fmu_src.build import project
 from fmu_src.interface import MODELS
 from tests.once import built_once
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src import bundle, project
-from fmu_src.errors import BuildError
+from fmu_src.build import bundle, project
+from fmu_src.build.errors import BuildError
 
 
 @pytest.fixture

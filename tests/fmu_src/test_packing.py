@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src import native_build, packing
-from fmu_src.description import Packaging, model_description
-from fmu_src.errors import BuildError
+from fmu_src.build import native as native_build
+from fmu_src.build import packing
+from fmu_src.build.description import Packaging, model_description
+from fmu_src.build.errors import BuildError
 from fmu_src.schema import Model
 from tests.fmu_src.gauge import GAUGE
 

@@ -6,10 +6,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmu_src.guide import compiling
 from fmu_src.interface import MODELS
-from fmu_src.mathml import mathml
-from fmu_src.prose import paragraphs, phrase
+from fmu_src.page.guide import compiling
+from fmu_src.page.mathml import mathml
+from fmu_src.page.prose import paragraphs, phrase
 
 
 def test_a_formula_becomes_mathml() -> None:

@@ -17,8 +17,8 @@ import lief
 import pytest
 from lxml import etree
 
+from fmu_src.build.native import FMI_HEADERS
 from fmu_src.interface import MODELS
-from fmu_src.native_build import FMI_HEADERS
 from tests.fmu_src.conftest import Instance
 from tests.once import built_once
 

@@ -10,11 +10,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmu_src.description import Packaging, model_description
-from fmu_src.header import table_header, table_source
+from fmu_src.build.description import Packaging, model_description
+from fmu_src.build.header import table_header, table_source
+from fmu_src.build.native import NATIVE
 from fmu_src.interface import MODELS
-from fmu_src.native_build import NATIVE
-from fmu_src.page import documentation_page
+from fmu_src.page.page import documentation_page
 from fmu_src.schema import Model
 from tests.fmu_src.gauge import GAUGE
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fmu_manipulation_toolbox.container import FMUContainer
 
-from cosim.system import System, split_name
+from cosim.system.structure import System, split_name
 from tests.importers.systems import fmu_of, outputs, settings
 
 

@@ -18,7 +18,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from cosim.system import System, split_name
+from cosim.system.structure import System, split_name
 from tests.importers.systems import fmu_of, settings
 
 Times = tuple[list[float], list[float]]

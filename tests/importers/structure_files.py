@@ -7,8 +7,8 @@ import zipfile
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
-from cosim.fmu.model_description import read_description
-from cosim.system import System, split_name
+from cosim.fmi2.model_description import read_description
+from cosim.system.structure import System, split_name
 from tests.importers.systems import Setting, fmu_of, settings
 
 PARAMETER_SET = "start values"

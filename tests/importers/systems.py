@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from cosim import load_scenario, simulate
-from cosim.description import Variable
-from cosim.fmu.model_description import read_description
-from cosim.result import Result
-from cosim.signals import Constant, Value
-from cosim.system import System, split_name
+from cosim.fmi2.model_description import read_description
+from cosim.recording.result import Result
+from cosim.system.description import Variable
+from cosim.system.signals import Constant, Value
+from cosim.system.structure import System, split_name
 
 NATIVE = Path(__file__).parents[2] / "dist" / "native"
 

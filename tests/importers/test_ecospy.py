@@ -16,7 +16,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from cosim.system import System
+from cosim.system.structure import System
 from tests.importers.container import with_law_in_container
 from tests.importers.loop import rounds, run, sums
 from tests.importers.structure_files import PARAMETER_SET, write_ssp

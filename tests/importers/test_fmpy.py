@@ -17,8 +17,8 @@ import pytest
 from fmpy.fmi2 import FMU2Slave
 
 from cosim import load_scenario, simulate
-from cosim.result import Result
-from cosim.signals import Signal, Step, Table
+from cosim.recording.result import Result
+from cosim.system.signals import Signal, Step, Table
 from tests.importers.loop import differences, given, multiples, run
 from tests.importers.systems import LOOP, NATIVE, OPEN_START, assert_same_bits, ordered, our_run, system_of
 

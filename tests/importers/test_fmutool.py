@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from cosim.system import System
+from cosim.system.structure import System
 from fmu_src.interface import MODELS
 from tests.importers.container import make_container
 from tests.importers.loop import multiples, once_in_order, run

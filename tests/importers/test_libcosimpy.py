@@ -13,8 +13,8 @@ import fmpy
 import numpy as np
 import pytest
 
-from cosim.description import Variable
-from cosim.system import System, split_name
+from cosim.system.description import Variable
+from cosim.system.structure import System, split_name
 from tests.importers.container import with_law_in_container
 from tests.importers.loop import nanoseconds, rounds, run
 from tests.importers.structure_files import write_osp, write_ssp

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from cosim import load_scenario, simulate
-from cosim.ssp.program import as_components
-from cosim.ssp.writing import export_ssp
+from cosim.scenario.ssp.program import as_components
+from cosim.scenario.ssp.writing import export_ssp
 from tests.importers.loop import nanoseconds, rounds, run, sums
 from tests.importers.systems import OPEN_START, assert_same_bits, our_run, system_of
 from tests.importers.test_ecospy import EcosSimulation

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from models.laws import DissipativeLaw
+from models.controllers.laws import DissipativeLaw
 from tests.oracle import OracleParameters
 from tests.plant.drive import Drive
 

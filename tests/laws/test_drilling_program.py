@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.friction import friction_coefficient, torque_on_bit
-from models.parameters import DrillstringParameters
+from models.plant.friction import friction_coefficient, torque_on_bit
+from models.plant.parameters import DrillstringParameters
 from tests.oracle import OracleParameters
 from tests.plant import theory
 from tests.plant.drive import Drive

@@ -8,7 +8,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from models.exponential import GREATEST, LEAST, exponential
+from models.numerics.exponential import GREATEST, LEAST, exponential
 from tests.plant.fmi import Instance, must
 
 UNIT_LAW = {"c_b": 0.0, "R_b": 1.0, "mu_cb": 0.0, "mu_sb": 1.0, "gamma_b": 1.0, "v_f": 1.0, "WOB_final": 1.0}

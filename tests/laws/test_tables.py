@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from models.program import read_table
+from models.controllers.program import read_table
 from tests.plant.drive import Drive
 from tests.plant.fmi import DISCARD, OK, Instance
 

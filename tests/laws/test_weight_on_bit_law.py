@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from models.laws import WeightOnBitLaw
+from models.controllers.laws import WeightOnBitLaw
 from tests.plant.drive import Drive
 
 PACKAGINGS = ("native", "python")

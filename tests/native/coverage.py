@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from fmu_src.build.native import NATIVE
 from fmu_src.interface import MODELS
-from fmu_src.native_build import NATIVE
 from tests.native.programs import BUILD, COVERAGE, ROOT, SEED, MissingToolError, compile_linked, run
 
 LEAST = 95.0

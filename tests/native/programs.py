@@ -14,11 +14,11 @@ from pathlib import Path
 
 from filelock import FileLock
 
-from fmu_src import native_build
-from fmu_src.header import table_header
+from fmu_src.build import native as native_build
+from fmu_src.build.header import table_header
+from fmu_src.build.native import FMI_HEADERS, NATIVE, TARGETS, Target
+from fmu_src.build.source_code import source_code
 from fmu_src.interface import MODELS
-from fmu_src.native_build import FMI_HEADERS, NATIVE, TARGETS, Target
-from fmu_src.source_code import source_code
 
 DRIVER = Path(__file__).parent
 ROOT = DRIVER.parents[1]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from fmu_src.native_build import NATIVE
+from fmu_src.build.native import NATIVE
 from tests.native import coverage
 
 pytestmark = pytest.mark.hardening

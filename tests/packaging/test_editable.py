@@ -14,7 +14,7 @@ def python(script: str, cwd: Path) -> str:
 def test_another_project_keeps_its_package_of_that_name(tmp_path: Path) -> None:
     (tmp_path / "models").mkdir()
     (tmp_path / "models" / "__init__.py").write_text('WHOSE = "another project\'s"\n', encoding="utf-8")
-    script = "import models, cosim.models.parameters, cosim.energy_report; print(models.WHOSE)"
+    script = "import models, cosim.models.parameters, cosim.drilling.energy_growth; print(models.WHOSE)"
     assert python(script, tmp_path) == "another project's\n"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 
-from models.parameters import DrillstringParameters
+from models.plant.parameters import DrillstringParameters
 from tests.oracle import OracleParameters
 
 PAPER = DrillstringParameters()

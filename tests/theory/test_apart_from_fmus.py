@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from fmu_src.bundle import bundle
+from fmu_src.build.bundle import bundle
 from fmu_src.interface import MODELS
 
 

@@ -10,13 +10,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from models.bistability import Bistability, bistable_omegas, bistable_wobs
-from models.continuation import BranchPoint, branch_from
-from models.cycle import broken_law, limit_cycle
-from models.cycle_solver import held_at, resolved
-from models.equilibrium import running_equilibrium
-from models.floquet import leading_multiplier, multipliers
-from models.spectrum import critical_omega, critical_point, critical_wob
+from models.theory.cycle.bistability import Bistability, bistable_omegas, bistable_wobs
+from models.theory.cycle.continuation import BranchPoint, branch_from
+from models.theory.cycle.cycle import broken_law, limit_cycle
+from models.theory.cycle.floquet import leading_multiplier, multipliers
+from models.theory.cycle.solver import held_at, resolved
+from models.theory.stability.equilibrium import running_equilibrium
+from models.theory.stability.spectrum import critical_omega, critical_point, critical_wob
 from tests.plant.drive import PLANT, Drive
 from tests.theory.harmonics import balanced
 from tests.theory.strings import LIGHT, NOMINAL, PAPER, STRINGS, oracle_of

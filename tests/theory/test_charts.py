@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.chart import stability_boundary, stability_chart
-from models.spectrum import critical_omega
+from models.theory.stability.chart import stability_boundary, stability_chart
+from models.theory.stability.spectrum import critical_omega
 from tests.plant.theory import equilibrium, root_near
 from tests.theory.strings import LIGHT, NOMINAL, PAPER, oracle_of
 

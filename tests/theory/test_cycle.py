@@ -9,11 +9,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from models.cycle import LimitCycle, broken_law, limit_cycle
-from models.cycle_equations import equations, with_input
-from models.cycle_solver import held_at, resolved
-from models.neutral_form import neutral_form
-from models.parameters import DrillstringParameters
+from models.plant.parameters import DrillstringParameters
+from models.theory.cycle.cycle import LimitCycle, broken_law, limit_cycle
+from models.theory.cycle.equations import equations, with_input
+from models.theory.cycle.solver import held_at, resolved
+from models.theory.stability.neutral_form import neutral_form
 from tests.oracle import OracleSolution, Program, solve
 from tests.theory.strings import LIGHT, NOMINAL, PAPER, oracle_of
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.difference import DifferenceOperator
-from models.neutral_form import neutral_form
+from models.theory.stability.difference import DifferenceOperator
+from models.theory.stability.neutral_form import neutral_form
 from tests.theory.strings import PAPER, STRINGS
 
 

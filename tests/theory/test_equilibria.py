@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.equilibrium import equilibria, least_running_omega, running_equilibrium
-from models.parameters import DrillstringParameters
-from models.spectrum import spectral_abscissa
-from models.torque_curve import TorqueCurve
+from models.plant.parameters import DrillstringParameters
+from models.theory.stability.equilibrium import equilibria, least_running_omega, running_equilibrium
+from models.theory.stability.spectrum import spectral_abscissa
+from models.theory.stability.torque_curve import TorqueCurve
 from tests.oracle import Program, solve
 from tests.plant.theory import drive_of, equilibrium, slope_of_torque, torque_on_bit
 from tests.theory.strings import LIGHT, NOMINAL, PAPER, oracle_of

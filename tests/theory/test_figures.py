@@ -9,12 +9,12 @@ import pytest
 from matplotlib.image import imread
 
 from cosim import load_scenario, simulate
-from cosim.dissipation_map import draw_growth, draw_loop_set
-from cosim.energy_report import energy_growth
-from cosim.stability_map import draw_bistability, draw_charts
-from models.chart import stability_chart
-from models.laws import DissipativeLaw
-from models.loop_set import PrintedLoop
+from cosim.drilling.dissipation_map import draw_growth, draw_loop_set
+from cosim.drilling.energy_growth import energy_growth
+from cosim.drilling.stability_map import draw_bistability, draw_charts
+from models.controllers.laws import DissipativeLaw
+from models.theory.loop_set import PrintedLoop
+from models.theory.stability.chart import stability_chart
 from tests.theory.strings import NOMINAL, PAPER
 from tests.theory.test_bistability import over_omega
 

@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from models.lawful_energy import TopMotion, drain, lawful_work, unloaded_speed
-from models.laws import DissipativeLaw
+from models.controllers.laws import DissipativeLaw
+from models.theory.lawful_energy import TopMotion, drain, lawful_work, unloaded_speed
 from tests.theory.strings import NOMINAL, PAPER
 
 LAW = DissipativeLaw(omega_max=math.inf, top_speed_min=0.0)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
-from models.laws import DissipativeLaw
-from models.loop_set import PrintedLoop
-from models.parameters import DrillstringParameters
+from models.controllers.laws import DissipativeLaw
+from models.plant.parameters import DrillstringParameters
+from models.theory.loop_set import PrintedLoop
 from tests.theory.strings import PAPER
 
 LAW = DissipativeLaw()

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from models.neutral_form import NeutralForm, neutral_form
+from models.theory.stability.neutral_form import NeutralForm, neutral_form
 from tests.oracle import Program, solve
 from tests.plant.judge import away_from
 from tests.plant.theory import characteristic

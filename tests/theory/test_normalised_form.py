@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from models.normalised_form import NormalisedForm
+from models.theory.stability.normalised_form import NormalisedForm
 from tests.oracle import OracleParameters, OracleSolution, Program, solve
 from tests.plant.judge import away_from
 from tests.theory.strings import NOMINAL, PAPER, oracle_of

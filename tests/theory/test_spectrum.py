@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from models.characteristic import Characteristic
-from models.equilibrium import equilibria, least_running_omega, running_equilibrium
-from models.parameters import DrillstringParameters
-from models.spectrum import (
+from models.plant.parameters import DrillstringParameters
+from models.theory.stability.characteristic import Characteristic
+from models.theory.stability.equilibrium import equilibria, least_running_omega, running_equilibrium
+from models.theory.stability.spectrum import (
     critical_omega,
     critical_point,
     critical_slope,

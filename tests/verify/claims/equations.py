@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.normalised_form import NormalisedForm
-from models.parameters import DrillstringParameters
+from models.plant.parameters import DrillstringParameters
+from models.theory.stability.normalised_form import NormalisedForm
 from tests.plant.programs import PAPER
 from tests.verify.claim import Trial, claim
 from tests.verify.finding import Finding

@@ -9,9 +9,9 @@ from functools import lru_cache
 import numpy as np
 
 from cosim import Result, Step, load_scenario, simulate
-from cosim.metrics import Measures, measure
-from models.equilibrium import running_equilibrium
-from models.parameters import DrillstringParameters
+from cosim.drilling.metrics import Measures, measure
+from models.plant.parameters import DrillstringParameters
+from models.theory.stability.equilibrium import running_equilibrium
 
 CHANGE = 60.0
 """When an input changes in runs from the cycle [s]."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 
-from models.equilibrium import running_equilibrium
-from models.neutral_form import neutral_form
-from models.parameters import DrillstringParameters
-from models.spectrum import roots_about
+from models.plant.parameters import DrillstringParameters
+from models.theory.stability.equilibrium import running_equilibrium
+from models.theory.stability.neutral_form import neutral_form
+from models.theory.stability.spectrum import roots_about
 from tests.oracle import OracleParameters
 from tests.verify.claim import Trial, claim
 from tests.verify.claims.runs import NOMINAL_WEIGHT

@@ -8,10 +8,10 @@ from functools import cache
 import numpy as np
 
 from cosim import Result, load_scenario, simulate
-from cosim.energy import energy_balance
-from cosim.metrics import measure
-from models.cycle import limit_cycle
-from models.parameters import DrillstringParameters
+from cosim.drilling.energy import energy_balance
+from cosim.drilling.metrics import measure
+from models.plant.parameters import DrillstringParameters
+from models.theory.cycle.cycle import limit_cycle
 from tests.oracle import Program
 from tests.oracle.elements import FieldSolution, solve_field
 from tests.plant import theory

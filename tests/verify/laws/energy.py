@@ -9,10 +9,10 @@ from functools import cache
 import numpy as np
 
 from cosim import load_scenario, simulate
-from cosim.energy import EnergyBalance, energy_balance
-from cosim.scenario_file import scenario_names
-from models.normalised_form import NormalisedForm
-from models.parameters import DrillstringParameters
+from cosim.drilling.energy import EnergyBalance, energy_balance
+from cosim.scenario.scenario_file import scenario_names
+from models.plant.parameters import DrillstringParameters
+from models.theory.stability.normalised_form import NormalisedForm
 from tests.oracle import Program
 from tests.plant.drive import follow
 from tests.plant.judge import RELATIVE_BARS

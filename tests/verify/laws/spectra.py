@@ -10,10 +10,10 @@ from functools import cache
 import numpy as np
 from scipy.optimize import brentq
 
-from models.cycle import limit_cycle
-from models.neutral_form import neutral_form
-from models.parameters import DrillstringParameters
-from models.spectrum import critical_omega, rightmost_roots
+from models.plant.parameters import DrillstringParameters
+from models.theory.cycle.cycle import limit_cycle
+from models.theory.stability.neutral_form import neutral_form
+from models.theory.stability.spectrum import critical_omega, rightmost_roots
 from tests.oracle import OracleParameters, Program
 from tests.plant.drive import PLANT, Drive, follow
 from tests.plant.theory import characteristic, drive_of, equilibrium, root_near, running

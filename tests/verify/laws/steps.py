@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from models.cycle import LimitCycle, limit_cycle
-from models.parameters import DrillstringParameters
+from models.plant.parameters import DrillstringParameters
+from models.theory.cycle.cycle import LimitCycle, limit_cycle
 from tests.oracle import OracleSolution
 from tests.plant.drive import follow
 from tests.plant.judge import BARS, EVENT_BAR, RELATIVE_BARS, Judgement, judge

@@ -1,0 +1,291 @@
+"""The command `cosim`; each of its commands imports what it needs, so that help and lists are there at once."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from cosim.cli.terminal import new_console, prepare_step_loop, print_outcomes, progress_bar, sentences
+from cosim.errors import InputError
+from cosim.fmi2.isolation.limits import Limits
+
+if TYPE_CHECKING:
+    from cosim.run.job import Job
+    from cosim.run.streaming.stream_job import Streaming
+    from cosim.system.signals import Value
+
+app = typer.Typer(
+    help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+
+
+def _show_version(wanted: bool) -> None:
+    """Write the version and leave."""
+    if wanted:
+        from cosim import __version__
+
+        new_console().print(f"cosim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version and exit.", callback=_show_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Take the options that go before any command."""
+
+
+@app.command("list")
+def list_scenarios() -> None:
+    """List the scenarios that come with the package."""
+    from cosim.scenario.scenario_file import load_scenario, scenario_names
+
+    table = Table("scenario", "what it shows", "variants", box=None, pad_edge=False, header_style="bold")
+    with sentences():
+        for name in scenario_names():
+            scenario = load_scenario(name)
+            table.add_row(name, scenario.title, ", ".join(variant.name for variant in scenario.variants))
+        new_console().print(table)
+
+
+@app.command()
+def run(
+    scenario: Annotated[
+        str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
+    ],
+    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
+    algorithm: Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")] = None,
+    step_size: Annotated[
+        float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
+    ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")
+    ] = None,
+    on_failure: Annotated[
+        str | None,
+        typer.Option(help="Where a loop has no solution: fail, halve the step, or go on with an explicit one."),
+    ] = None,
+    stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
+    ] = None,
+    variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
+    output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/<scenario>.")] = None,
+    isolate: Annotated[bool, typer.Option("--isolate", help="Run each FMU in a process of its own.")] = False,
+    time_limit: Annotated[
+        float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")
+    ] = Limits.time,
+    memory_limit: Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")] = Limits.memory
+    / 1e6,
+    stream: Annotated[
+        bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
+    ] = False,
+    every: Annotated[
+        list[str] | None,
+        typer.Option(help="With --stream: store every Nth row; name=N or pattern=N for some columns; repeatable."),
+    ] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="With --stream: write CSV instead of Zarr.")] = False,
+    checkpoint: Annotated[
+        float | None, typer.Option(min=0.0, help="With --stream: seconds between checkpoints, by default 30.")
+    ] = None,
+) -> None:
+    """Run a scenario: show its measures, and write trajectory, manifest and figure."""
+    from cosim.run.job import Job, run_job
+    from cosim.run.options import Choices
+    from cosim.run.streaming.stream_job import stream_job
+    from cosim.scenario.scenario_source import opened_scenario
+
+    with sentences(), opened_scenario(scenario, stop_time, step_size) as loaded:
+        choices = Choices(
+            packaging=packaging,
+            algorithm=algorithm,
+            step_size=step_size,
+            stop_time=stop_time,
+            overrides=dict(_override(text) for text in set_ or ()),
+            tolerance=tolerance,
+            on_failure=on_failure,
+            isolate=isolate,
+            limits=Limits(time_limit, 1e6 * memory_limit),
+        )
+        streaming = _streaming(stream, every, csv, checkpoint)
+        job = Job(loaded, choices, tuple(dict.fromkeys(variant or ())))
+        folder = output or Path("runs", loaded.name)
+        prepare_step_loop(job)
+        with progress_bar() as bar:
+            bar.show(job)
+            if streaming is None:
+                outcomes = run_job(job, folder, bar.progress)
+            else:
+                outcomes = stream_job(job, scenario, streaming, folder, bar.progress)
+        print_outcomes(loaded, outcomes, folder)
+
+
+@app.command()
+def resume(
+    folder: Annotated[Path, typer.Argument(help="Of an unfinished run with --stream.", metavar="FOLDER")],
+) -> None:
+    """Go on with a streamed run that was interrupted, from its last checkpoint."""
+    from cosim.run.streaming.stream_job import resume_job
+
+    with sentences():
+        jobs: list[Job] = []
+        with progress_bar() as bar:
+
+            def started(job: Job) -> None:
+                jobs.append(job)
+                bar.show(job)
+
+            outcomes = resume_job(folder, started, bar.progress)
+        print_outcomes(jobs[0].scenario, outcomes, folder)
+
+
+@app.command()
+def export(
+    scenario: Annotated[
+        str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
+    ],
+    file: Annotated[Path | None, typer.Argument(help="The .ssp file to write.", metavar="[FILE.ssp]")] = None,
+    container: Annotated[
+        Path | None, typer.Option(help="The .fmu file to write: the whole system as one FMU.", metavar="FILE.fmu")
+    ] = None,
+    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
+    ] = None,
+    variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
+) -> None:
+    """Write a scenario, with its FMUs, as one file that other tools read: SSP 1.0, or an FMU of FMUs."""
+    from cosim.scenario.container import export_container
+    from cosim.scenario.scenario_source import opened_scenario
+    from cosim.scenario.ssp.writing import export_ssp
+
+    with sentences(), opened_scenario(scenario) as loaded:
+        wanted = [(file, ".ssp", export_ssp), (container, ".fmu", export_container)]
+        targets = [(path, suffix, write) for path, suffix, write in wanted if path is not None]
+        for path, suffix, _ in targets:
+            if path.suffix != suffix:
+                raise InputError(f"{path}: expected a name that ends in {suffix}")
+        if not targets:
+            raise InputError("nothing to write; expected FILE.ssp or --container FILE.fmu")
+        overrides = dict(_override(text) for text in set_ or ())
+        for path, _, write in targets:
+            write(loaded, path, packaging=packaging, variant=variant, overrides=overrides)
+            new_console().print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+@app.command()
+def check(
+    fmu: Annotated[Path, typer.Argument(help="An FMU by FMI 2.0 for co-simulation, anybody's.", metavar="FILE.fmu")],
+    reference: Annotated[
+        Path | None, typer.Option(help="Folder with reference experiments, instead of those in the FMU.")
+    ] = None,
+    junit: Annotated[Path | None, typer.Option(help="Write a JUnit XML file as well.")] = None,
+    time_limit: Annotated[
+        float | None, typer.Option(min=0.1, help="Seconds each check may take, by default 60.")
+    ] = None,
+) -> None:
+    """Check an FMU: file, description, claims, and reference results; exit with 0 if nothing fails, else with 1."""
+    from cosim.check import TIME_LIMIT, check_fmu
+    from cosim.check.table import print_report
+
+    with sentences():
+        errors = Console(stderr=True)
+        with errors.status("checking") as status:
+            limit = TIME_LIMIT if time_limit is None else time_limit
+            report = check_fmu(
+                fmu, reference, time_limit=limit, tell=lambda name: status.update(f"checking {escape(name)}")
+            )
+        console = new_console()
+        print_report(console, report)
+        if junit is not None:
+            from cosim.check.junit import write_junit
+
+            write_junit(report, junit)
+            console.print(Text(f"wrote {junit}"), soft_wrap=True)
+    raise typer.Exit(0 if report.passed else 1)
+
+
+@app.command()
+def fmus(
+    folder: Annotated[
+        Path | None, typer.Argument(help="Where to copy them to; without it they are listed.", metavar="[FOLDER]")
+    ] = None,
+    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
+    force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
+) -> None:
+    """Hand out the FMU files, for the tool that is to import them."""
+    from cosim.cli.handing_out import available_fmus, copy_fmus
+
+    with sentences():
+        console = new_console()
+        if folder is None:
+            for path in available_fmus(packaging).values():
+                console.print(Text(str(path)), soft_wrap=True)
+            return
+        for path in copy_fmus(folder, packaging, replace=force):
+            console.print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+@app.command(
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []},
+    add_help_option=False,
+)
+def build(arguments: typer.Context) -> None:
+    """Build the FMUs anew, of either packaging; --help says how."""
+    from cosim.cli.handing_out import build_fmus
+
+    with sentences():
+        code = build_fmus(arguments.args)
+    raise typer.Exit(code)
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:
+    """Read how to stream, if at all."""
+    from cosim.run.streaming.stream import INTERVAL
+    from cosim.run.streaming.stream_job import Streaming
+
+    asked = {"--every": every, "--csv": csv, "--checkpoint": checkpoint is not None}
+    if not stream:
+        for name, given in asked.items():
+            if given:
+                raise InputError(f"{name} is for streamed runs; expected --stream as well")
+        return None
+    interval = INTERVAL if checkpoint is None else checkpoint
+    return Streaming(dict(_distance(text) for text in every or ()), csv, interval)
+
+
+def _distance(text: str) -> tuple[str, int]:
+    """Read ``N``, for all columns, or ``pattern=N``."""
+    pattern, _, number = text.rpartition("=")
+    if not number.strip().isdigit():
+        raise InputError(f"--every {text}: expected a number of rows, or the form pattern=number")
+    return pattern.strip() or "*", int(number)
+
+
+def _override(text: str) -> tuple[str, Value]:
+    """Read ``component.variable=value``; what is no number or Boolean is a string."""
+    name, equals, value = text.partition("=")
+    if not equals or not value:
+        raise InputError(f"--set {text}: expected the form component.variable=value")
+    try:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        parsed = value.strip()
+    return name.strip(), parsed if isinstance(parsed, bool | int | float) else value.strip().strip("\"'")

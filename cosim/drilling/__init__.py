@@ -1,0 +1,1 @@
+"""All that knows of bits and strings: measures, energy, figures, maps."""

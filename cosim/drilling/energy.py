@@ -1,0 +1,112 @@
+"""The energy balance of a run: what the drive gave is stored, or lost in the sliding top and at the bit.
+
+It is eq. (8) of Saldivar et al. (2011), I L / 2 times, with the drive's side of the sliding top as well; eq. (11) in
+docs/model.md. Every term is an integral that the plant accumulates on its own, so that the balance is a check of the
+computation and not a definition.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cosim.recording.result import Result
+from cosim.system.signals import FloatArray
+
+LOSSES = ("top_loss", "bit_loss", "string_loss")
+"""Outputs that tell where energy is lost; a plant has those that apply to it."""
+FOLDED = "folded_energy"
+"""What a plant took from its waves to simplify them: an error of the method, and counted as such."""
+NEEDED = ("energy", "work_in", "drive_work", "top_loss", "bit_loss")
+"""Outputs of a plant from which its energy is balanced."""
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """What became of the energy of the string and of the drive, at all communication points.
+
+    Attributes
+    ----------
+    component : str
+        Whose string it is.
+    stored : ndarray, shape (n,)
+        Energy in string and bit, J.
+    drive_work : ndarray, shape (n,)
+        Given by the drive since the start, J.
+    losses : dict of str to ndarray, each of shape (n,)
+        Lost since the start, J, by output.
+    folded : ndarray, shape (n,)
+        Taken from the waves by the method since the start, J; 0 where a plant does no such thing.
+    residual : ndarray, shape (n,)
+        Stored since the start and not accounted for by drive, losses and method, J.
+    put_in : ndarray, shape (n,)
+        The energy at the start and the most that had been put into the string until then or drawn from it, J.
+    """
+
+    component: str
+    stored: FloatArray
+    drive_work: FloatArray
+    losses: dict[str, FloatArray]
+    folded: FloatArray
+    residual: FloatArray
+    put_in: FloatArray
+
+    @property
+    def worst(self) -> float:
+        """Greatest residual as a part of what had been put in until then; 0 if nothing ever was."""
+        part = np.divide(np.abs(self.residual), self.put_in, out=np.zeros_like(self.put_in), where=self.put_in > 0.0)
+        return float(part.max())
+
+    def summary(self) -> dict[str, float]:
+        """Return what there is at the end, J, and the greatest residual as a part of what was put in."""
+        final = {name: float(values[-1]) for name, values in self.losses.items()}
+        return {
+            "stored_at_start": float(self.stored[0]),
+            "stored": float(self.stored[-1]),
+            "drive_work": float(self.drive_work[-1]),
+            **final,
+            "folded": float(self.folded[-1]),
+            "residual": float(self.residual[-1]),
+            "worst_residual": self.worst,
+        }
+
+
+def energy_balance(result: Result, component: str = "plant") -> EnergyBalance | None:
+    """Balance the energy of a run.
+
+    Parameters
+    ----------
+    result : Result
+        A run.
+    component : str
+        Name of the plant.
+
+    Returns
+    -------
+    EnergyBalance or None
+        None if the component lacks the outputs this is taken from.
+    """
+    if any(f"{component}.{name}" not in result for name in NEEDED):
+        return None
+
+    def since_start(name: str) -> FloatArray:
+        values = np.asarray(result[f"{component}.{name}"], dtype=np.float64)
+        return values - values[0]
+
+    losses = {name: since_start(name) for name in LOSSES if f"{component}.{name}" in result}
+    stored = np.asarray(result[f"{component}.energy"], dtype=np.float64)
+    folded = since_start(FOLDED) if f"{component}.{FOLDED}" in result else np.zeros_like(stored)
+    driven = since_start("drive_work")
+    kept = driven - folded
+    for lost in losses.values():
+        kept = kept - lost
+    return EnergyBalance(
+        component=component,
+        stored=stored,
+        drive_work=driven,
+        losses=losses,
+        folded=folded,
+        residual=stored - stored[0] - kept,
+        put_in=stored[0] + np.maximum.accumulate(np.abs(since_start("work_in"))),
+    )

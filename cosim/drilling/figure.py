@@ -1,0 +1,105 @@
+"""A figure of a run, laid out like the paper's: a) bit speed, b) torque on bit, over time; variants side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cosim.recording.result import Result
+
+# Colours that stay apart for colour-blind readers and in grey.
+_COLOURS = ("#0b5394", "#b45309", "#2f6f4f", "#7a3b69")
+_NAMES = {
+    "bit_speed": "Bit speed",
+    "bit_torque": "Torque on bit",
+    "top_speed": "Top speed",
+    "top_torque": "Top torque",
+    "WOB": "Weight on bit",
+    "Omega": "Drive speed",
+}
+# Large values are shown in thousands.
+_THOUSANDS = {"N.m": "kN.m", "N": "kN", "J": "kJ"}
+_MOST_PANELS = 4
+# A long chattering line is more than Agg can draw at once, and its own chunks leave gaps.
+_LONGEST_LINE = 5000
+
+
+def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequence[str] = ()) -> None:
+    """Draw trajectories over time into a PNG file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    title : str
+        Above everything.
+    results : mapping of str to Result
+        One column of panels each, with the name above it.
+    signals : sequence of str, optional
+        What to show, one row of panels each, as ``component.variable``; by default bit speed and torque on bit where
+        there are such, else the first outputs.
+    """
+    _compose(title, results, signals).savefig(path)
+
+
+def _compose(title: str, results: Mapping[str, Result], signals: Sequence[str]) -> Any:
+    """Lay out the panels."""
+    first = next(iter(results.values()))
+    shown = list(signals) or default_signals({name: first[name].dtype for name in first.names})
+    rows, columns = max(1, len(shown)), len(results)
+    figure = blank_figure(max(7.2, 3.6 * columns), 0.9 + 2.3 * rows)
+    figure.suptitle(title, fontsize=12)
+    panels = figure.subplots(rows, columns, sharex=True, sharey="row", squeeze=False)
+    for row, name in enumerate(shown):
+        for column, (variant, result) in enumerate(results.items()):
+            panel = panels[row, column]
+            _draw_panel(panel, result, name, _COLOURS[row % len(_COLOURS)])
+            if column == 0:
+                panel.set_ylabel(_label(name, result.units.get(name, "")))
+                panel.set_title(f"{chr(ord('a') + row)})", loc="left", fontsize=10, fontweight="bold")
+            if row == 0 and columns > 1:
+                panel.set_title(variant, fontsize=10)
+            if row == rows - 1:
+                panel.set_xlabel("Time [s]")
+    return figure
+
+
+def blank_figure(width: float, height: float) -> Any:
+    """Return a figure without panels, sizes in inches; matplotlib, which takes long to import, is only now."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure: Any = Figure(figsize=(width, height), dpi=150, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def default_signals(types: Mapping[str, np.dtype[Any]]) -> list[str]:
+    """Choose by names and types what to show: bit speed and torque on bit, or else the first numbers recorded."""
+    for name in types:
+        component, _, variable = name.partition(".")
+        if variable == "bit_speed" and f"{component}.bit_torque" in types:
+            return [name, f"{component}.bit_torque"]
+    return [name for name, dtype in types.items() if dtype == np.float64][:_MOST_PANELS]
+
+
+def _draw_panel(panel: Any, result: Result, name: str, colour: str) -> None:
+    """Draw one trajectory."""
+    values = result[name] / (1000.0 if result.units.get(name, "") in _THOUSANDS else 1.0)
+    for first in range(0, max(1, values.size - 1), _LONGEST_LINE):
+        part = slice(first, first + _LONGEST_LINE + 1)  # a point in common, so that the line has no gap
+        panel.plot(result.time[part], values[part], color=colour, linewidth=0.9)
+    panel.grid(visible=True, color="#d9d9d9", linewidth=0.5)
+    panel.spines[["top", "right"]].set_visible(False)
+    panel.margins(x=0.0)
+
+
+def _label(name: str, unit: str) -> str:
+    """Write the label of an axis."""
+    variable = name.partition(".")[2]
+    shown = _THOUSANDS.get(unit, unit)
+    text = _NAMES.get(variable, name)
+    return f"{text} [{shown}]" if shown and shown != "1" else text

@@ -1,0 +1,270 @@
+"""The one place where an .fmu or .ssp file is opened: nothing in it is trusted, and nothing leaves the given folder.
+
+Everything that can be known from the directory of the archive is checked when it is opened; contents are checked as
+they are read. What is refused, and why, is in docs/untrusted.md.
+"""
+
+from __future__ import annotations
+
+import shutil
+import stat
+import struct
+import zipfile
+import zlib
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+from cosim.errors import FmuFileError, InputError
+from cosim.fmi2.member_name import colliding_names, fault_of_name
+
+MOST_MEMBERS = 20_000
+MOST_BYTES = 4 * 2**30
+"""All members together, unpacked."""
+
+MOST_RATIO = 200
+FREE_RATIO_BYTES = 16 * 2**20
+"""An archive that stays below this size may be compressed to any degree."""
+
+MOST_IN_MEMORY = 128 * 2**20
+"""A member that is read rather than unpacked, such as a description."""
+
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_ENCRYPTED = 0x1
+_KINDS = {
+    stat.S_IFLNK: "a symbolic link",
+    stat.S_IFCHR: "a character device",
+    stat.S_IFBLK: "a block device",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+}
+_LOCAL_HEADER = struct.Struct("<4s22xHH")
+_LOCAL_SIGNATURE = b"PK\x03\x04"
+_CHUNK = 2**20
+
+# What the zip reader of the standard library raises on damaged files, beside what it means to raise.
+_DAMAGE = (
+    zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, struct.error, OSError, EOFError, ValueError, OverflowError,
+    NotImplementedError, RuntimeError, IndexError,
+)  # fmt: skip
+
+
+class Archive:
+    """An archive whose directory has been checked; made by `open_archive`.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    file : zipfile.ZipFile
+        Open for reading.
+    refusal : type of InputError
+        What to raise.
+    """
+
+    def __init__(self, path: Path, file: zipfile.ZipFile, refusal: type[InputError]) -> None:
+        self.path = path
+        self._file = file
+        self._refusal = refusal
+        self._members = {entry.filename: entry for entry in file.infolist()}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the members, in their order; those of folders end in a slash."""
+        return tuple(self._members)
+
+    def read(self, name: str) -> bytes:
+        """Return the content of a member.
+
+        Raises
+        ------
+        InputError
+            Of the type the archive was opened with, if there is no such member, it is damaged, or it is larger than
+            `MOST_IN_MEMORY`.
+        """
+        entry = self._member(name)
+        if entry.file_size > MOST_IN_MEMORY:
+            sizes = f"{_megabytes(entry.file_size)} unpacked; expected at most {_megabytes(MOST_IN_MEMORY)}"
+            raise self._refusal(f"{self.path}: {name} has {sizes}")
+        return b"".join(self._chunks(entry))
+
+    def copy(self, name: str, target: Path) -> None:
+        """Write one member to a file of another name, of any size.
+
+        Raises
+        ------
+        InputError
+            As by `unpack`, and if there is no such member.
+        """
+        entry = self._member(name)
+        self._refuse_lack_of_space(entry.file_size, target.parent)
+        self._write(entry, target)
+
+    def unpack(self, folder: Path) -> None:
+        """Write all members below an existing, empty folder.
+
+        Raises
+        ------
+        InputError
+            Of the type the archive was opened with, if a member is damaged or the folder cannot be written to.
+        """
+        self._refuse_lack_of_space(sum(entry.file_size for entry in self._members.values()), folder)
+        for entry in self._members.values():
+            self._write(entry, folder.joinpath(*entry.filename.split("/")))
+
+    def _member(self, name: str) -> zipfile.ZipInfo:
+        if name not in self._members:
+            raise self._refusal(f"{self.path}: there is no {name} in it")
+        return self._members[name]
+
+    def _refuse_lack_of_space(self, needed: int, folder: Path) -> None:
+        free = shutil.disk_usage(folder).free
+        if needed > free:
+            raise self._refusal(f"{self.path}: needs {_megabytes(needed)} in {folder}; {_megabytes(free)} are free")
+
+    def _write(self, entry: zipfile.ZipInfo, target: Path) -> None:
+        try:
+            if entry.is_dir():
+                target.mkdir(parents=True, exist_ok=True)
+                return
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with target.open("xb") as out:
+                for chunk in self._chunks(entry):
+                    out.write(chunk)
+        except OSError as error:
+            raise self._refusal(f"{self.path}: cannot be unpacked to {target}: {error.strerror or error}") from error
+
+    def _chunks(self, entry: zipfile.ZipInfo) -> Generator[bytes]:
+        """Read a member piece by piece, never more than its declared size, and check its CRC at the end."""
+        read = 0
+        try:
+            with self._file.open(entry) as content:
+                while chunk := content.read(_CHUNK):
+                    read += len(chunk)
+                    yield chunk
+        except _DAMAGE as error:
+            raise self._refusal(f"{self.path}: {entry.filename} is damaged: {error}") from error
+        if read != entry.file_size:
+            sizes = f"it has {read} bytes; declared are {entry.file_size}"
+            raise self._refusal(f"{self.path}: {entry.filename} is damaged: {sizes}")
+
+
+@contextmanager
+def open_archive(path: Path, kind: str = "an FMU", refusal: type[InputError] = FmuFileError) -> Generator[Archive]:
+    """Open an .fmu or .ssp file and check its directory.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        What it is meant to be, for messages.
+    refusal : type of InputError
+        What to raise, here and by what is yielded.
+
+    Yields
+    ------
+    Archive
+        To read and unpack.
+
+    Raises
+    ------
+    InputError
+        Of that type, if the file is missing, is not a zip archive, or holds what must not be unpacked.
+    """
+    try:
+        file = zipfile.ZipFile(path)
+    except FileNotFoundError:
+        raise refusal(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise refusal(f"{path}: cannot be read: {error.strerror or error}") from error
+    except zipfile.BadZipFile:
+        raise refusal(f"{path} is not {kind}: it is not a zip archive") from None
+    except _DAMAGE as error:
+        raise refusal(f"{path} is not {kind}: the directory of the archive is damaged: {error}") from error
+    with file:
+        fault = _fault(file)
+        if fault is not None:
+            raise refusal(f"{path}: {fault}")
+        yield Archive(path, file, refusal)
+
+
+def _fault(file: zipfile.ZipFile) -> str | None:
+    """Say what is wrong with an archive as a whole."""
+    entries = file.infolist()
+    if len(entries) > MOST_MEMBERS:
+        return f"it has {len(entries)} members; expected at most {MOST_MEMBERS}"
+    faults = (_fault_of_member(entry) for entry in entries)
+    collision = colliding_names([entry.filename for entry in entries])
+    return (
+        next((fault for fault in faults if fault is not None), None)
+        or (f"the members {collision[0]!r} and {collision[1]!r} claim the same place" if collision else None)
+        or _fault_of_sizes(entries)
+        or _overlap(file, entries)
+    )
+
+
+def _fault_of_member(entry: zipfile.ZipInfo) -> str | None:
+    """Say what is wrong with one entry of the directory.
+
+    Its name is looked at as it is in the file, before the reader cuts it at a NUL or takes another from an extra field,
+    and after.
+    """
+    kind = stat.S_IFMT(entry.external_attr >> 16)
+    for name in (entry.orig_filename, entry.filename):
+        fault = fault_of_name(name)
+        if fault is not None:
+            return f"the name of the member {name[:100]!r} {fault}"
+    name = entry.filename
+    if kind in _KINDS:
+        return f"the member {name} is {_KINDS[kind]}; expected files and folders only"
+    if entry.flag_bits & _ENCRYPTED:
+        return f"the member {name} is encrypted"
+    if entry.compress_type not in _METHODS:
+        return f"the member {name} is compressed by method {entry.compress_type}; expected {_METHODS[1]}, deflate"
+    return None
+
+
+def _fault_of_sizes(entries: list[zipfile.ZipInfo]) -> str | None:
+    """Say whether the archive would become too large, or larger than honest contents do."""
+    unpacked, packed = sum(entry.file_size for entry in entries), sum(entry.compress_size for entry in entries)
+    if unpacked > MOST_BYTES:
+        return f"it has {_megabytes(unpacked)} unpacked; expected at most {_megabytes(MOST_BYTES)}"
+    if unpacked > FREE_RATIO_BYTES and unpacked > MOST_RATIO * packed:
+        ratio = f"{unpacked / max(packed, 1):.0f} times its size"
+        return f"it unpacks to {_megabytes(unpacked)}, {ratio}; expected at most {MOST_RATIO} times"
+    return None
+
+
+def _overlap(file: zipfile.ZipFile, entries: list[zipfile.ZipInfo]) -> str | None:
+    """Say which members share bytes, as in a bomb that reuses one piece of compressed data for all of them.
+
+    See D. Fifield, "A better zip bomb", WOOT 2019.
+    """
+    begins = sorted((entry.header_offset, entry.orig_filename, entry.compress_size) for entry in entries)
+    if begins and begins[0][0] < 0:
+        return "it is damaged: its beginning is missing"
+    limit, owner = 0, ""
+    try:
+        for begin, name, size in begins:
+            if begin < limit:
+                return f"the members {owner} and {name} overlap"
+            limit, owner = _end_of_member(file, begin) + size, name
+    except _DAMAGE as error:
+        return f"it is damaged: {error}"
+    return f"the member {owner} overlaps the directory of the archive" if limit > file.start_dir else None
+
+
+def _end_of_member(file: zipfile.ZipFile, begin: int) -> int:
+    """Return where the header at the beginning of a member ends and its data begin."""
+    if file.fp is None:
+        raise zipfile.BadZipFile("it has been closed")
+    file.fp.seek(begin)
+    signature, name, extra = _LOCAL_HEADER.unpack(file.fp.read(_LOCAL_HEADER.size))
+    if signature != _LOCAL_SIGNATURE:
+        raise zipfile.BadZipFile(f"there is no member at byte {begin}")
+    return begin + _LOCAL_HEADER.size + name + extra
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 1e6:.1f} MB"

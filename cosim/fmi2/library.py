@@ -1,0 +1,119 @@
+"""From an .fmu file to a loaded shared library: the right folder for this platform, unpacked and cleaned up."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import fmpy  # pyright: ignore[reportMissingTypeStubs]
+from fmpy.fmi2 import FMU2Slave  # pyright: ignore[reportMissingTypeStubs]
+
+from cosim.errors import FmuFileError
+from cosim.fmi2.archive import open_archive
+from cosim.fmi2.platforms import built_for, expected_for, is_cut_off
+from cosim.system.description import Description
+
+# FMI 2.0 names folders for x86 only. For Arm, tools use FMI 3.0's names, or put a universal binary in darwin64. fmpy
+# 0.3.32 looks in linux64 on Arm as well, so it is told which file to load.
+_FOLDERS = {
+    "x86_64-linux": ("linux64", "x86_64-linux"),
+    "aarch64-linux": ("aarch64-linux",),
+    "x86_64-windows": ("win64", "x86_64-windows"),
+    "x86-windows": ("win32", "x86-windows"),
+    "x86-linux": ("linux32", "x86-linux"),
+    "x86_64-darwin": ("darwin64", "x86_64-darwin"),
+    "aarch64-darwin": ("aarch64-darwin", "darwin64"),
+}
+
+
+@contextmanager
+def loaded_fmu(name: str, path: Path, description: Description) -> Generator[Any]:
+    """Unpack an FMU into a temporary folder and load its library; remove both afterwards, whatever happens.
+
+    Parameters
+    ----------
+    name : str
+        Name for the instance.
+    path : Path
+        The .fmu file.
+    description : Description
+        What `cosim.fmi2.model_description.read_description` read from it.
+
+    Yields
+    ------
+    fmpy.fmi2.FMU2Slave
+        Loaded, not instantiated.
+
+    Raises
+    ------
+    FmuFileError
+        If the file cannot be unpacked, there is no binary for this platform or it cannot be loaded.
+    """
+    binary = find_binary(path, description.model_identifier)
+    with tempfile.TemporaryDirectory(prefix="cosim-", ignore_cleanup_errors=True) as folder:
+        with open_archive(path) as archive:
+            archive.unpack(Path(folder))
+        _refuse_foreign(path, Path(folder, binary))
+        fmu = _load(name, path, Path(folder, binary), description, folder)
+        try:
+            yield fmu
+        finally:
+            fmu.freeLibrary()
+
+
+def find_binary(path: Path, model_identifier: str) -> str:
+    """Return the name within the archive of the library for this platform.
+
+    Raises
+    ------
+    FmuFileError
+        If there is none.
+    """
+    with open_archive(path) as archive:
+        names = archive.names
+    file = model_identifier + fmpy.sharedLibraryExtension
+    for folder in _FOLDERS.get(fmpy.platform_tuple, (fmpy.platform_tuple,)):
+        if f"binaries/{folder}/{file}" in names:
+            return f"binaries/{folder}/{file}"
+    parts = [name.split("/") for name in names]
+    platforms = sorted({part[1] for part in parts if len(part) > 2 and part[0] == "binaries" and part[-1]})
+    has = ", ".join(platforms) or "none"
+    raise FmuFileError(f"{path}: there is no {file} for {fmpy.platform_tuple} in it; it has binaries for {has}")
+
+
+def _refuse_foreign(path: Path, binary: Path) -> None:
+    """Refuse what is no library, or one of another platform, which the system's loader tells less plainly."""
+    try:
+        content = binary.read_bytes()
+    except OSError as error:
+        raise FmuFileError(f"{path}: {binary.name} cannot be read: {error.strerror or error}") from error
+    platforms, expected = built_for(content), expected_for(fmpy.platform_tuple)
+    if expected and not platforms & expected:
+        found = f"is a library for {', '.join(sorted(platforms))}" if platforms else "is no library"
+        raise FmuFileError(f"{path}: {binary.name} {found}; expected one for {fmpy.platform_tuple}")
+    if is_cut_off(content):
+        raise FmuFileError(f"{path}: {binary.name} is cut off after {len(content)} bytes")
+
+
+def _load(name: str, path: Path, binary: Path, description: Description, folder: str) -> Any:
+    """Load the library; fmpy changes the working directory while it does, and leaves it so on failure."""
+    before = os.getcwd()
+    if sys.platform != "win32":
+        binary.chmod(0o755)
+    try:
+        return FMU2Slave(
+            guid=description.guid,
+            modelIdentifier=description.model_identifier,
+            unzipDirectory=folder,
+            instanceName=name,
+            libraryPath=str(binary),
+        )
+    except Exception as error:  # fmpy raises bare Exception when loading fails, ctypes AttributeError for a function
+        raise FmuFileError(f"{path}: {binary.name} cannot be loaded: {error}") from error
+    finally:
+        os.chdir(before)

@@ -1,0 +1,181 @@
+"""From a scenario to a master that is ready to run: find the FMUs, check, open, and say what they are."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import time
+from collections.abc import Collection, Generator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, fields, is_dataclass, replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import fmpy  # pyright: ignore[reportMissingTypeStubs]
+import numpy as np
+
+from cosim.errors import SystemDefinitionError, suggestion
+from cosim.fmi2.fmu_slave import open_fmu
+from cosim.fmi2.isolation.isolated_slave import open_isolated_fmu
+from cosim.fmi2.locate import locate_fmu
+from cosim.fmi2.model_description import read_description
+from cosim.master.co_simulation import Master
+from cosim.recording.slave import Slave
+from cosim.run.options import Choices
+from cosim.scenario.scenario import Scenario
+from cosim.system.description import Description, Variable
+from cosim.system.method import Method
+from cosim.system.signals import Signal, Value
+from cosim.system.structure import System
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A master with its components, loaded and not yet initialised.
+
+    Attributes
+    ----------
+    master : Master
+        Ready to begin.
+    descriptions : mapping of str to Description
+        Of the components.
+    provenance : mapping
+        What is run: scenario, variant, components with their files and parameters, inputs, versions.
+    loading : float
+        How long it took, s.
+    """
+
+    master: Master
+    descriptions: Mapping[str, Description]
+    provenance: Mapping[str, Any]
+    loading: float
+
+    def record(self, told: Mapping[str, Any]) -> dict[str, Any]:
+        """Return how a run was made, by what the master tells of it."""
+        return {**self.provenance, **told, "timings": {"load": self.loading, **told["timings"]}}
+
+
+@contextmanager
+def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
+    """Load the components of a scenario, and free them afterwards, whatever happens.
+
+    Raises
+    ------
+    InputError
+        If something asked for does not exist or does not fit; no component has been initialised then.
+    RunError
+        If a component cannot be instantiated.
+    """
+    variant = scenario.variant(choices.variant)
+    method = chosen_method(scenario, choices)
+    system = scenario.system_of(variant, choices.overrides)
+    paths = {part.name: locate_fmu(part.fmu, choices.packaging, scenario.folder) for part in system.components}
+    descriptions = {name: read_description(path) for name, path in paths.items()}
+    isolated = _isolated(system, choices.isolate)
+    _refuse_twins(paths, {name: known for name, known in descriptions.items() if name not in isolated})
+    began = time.perf_counter()
+    with ExitStack() as stack:
+        slaves: dict[str, Slave] = {}
+        for name, path in paths.items():
+            if name in isolated:
+                slaves[name] = stack.enter_context(open_isolated_fmu(name, path, descriptions[name], choices.limits))
+            else:
+                slaves[name] = stack.enter_context(open_fmu(name, path, descriptions[name]))
+        loading = time.perf_counter() - began
+        master = Master(
+            system,
+            slaves,
+            stop_time=scenario.stop_time if choices.stop_time is None else choices.stop_time,
+            step_size=scenario.step_size if choices.step_size is None else choices.step_size,
+            start_time=scenario.start_time,
+            method=method,
+        )
+        provenance = {
+            "scenario": scenario.name,
+            "variant": variant.name if variant else None,
+            "packaging": choices.packaging,
+            "components": _components(system, paths, descriptions),
+            "isolated": sorted(isolated),
+            "inputs": {name: _signal(signal) for name, signal in system.inputs.items()},
+            "versions": versions(),
+        }
+        yield Assembly(master, descriptions, provenance, loading)
+
+
+def chosen_method(scenario: Scenario, choices: Choices) -> Method:
+    """Return the scenario's method with the settings that were chosen instead; raises InputError if they are wrong."""
+    settings = {"algorithm": choices.algorithm, "tolerance": choices.tolerance, "on_failure": choices.on_failure}
+    return replace(scenario.method, **{name: value for name, value in settings.items() if value is not None})
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what computes, and the platform."""
+    return {
+        "drillstring-cosim": metadata.version("drillstring-cosim"),
+        "fmpy": fmpy.__version__,
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+        "platform": fmpy.platform_tuple,
+    }
+
+
+def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]:
+    """Return the names of the components to be isolated."""
+    names = [part.name for part in system.components]
+    wanted = (
+        names if isolate is True else [] if isolate is False else [isolate] if isinstance(isolate, str) else isolate
+    )
+    for name in wanted:
+        if name not in names:
+            raise SystemDefinitionError(f"there is no component '{name}' to isolate{suggestion(name, names)}")
+    return frozenset(wanted) | {part.name for part in system.components if part.isolate}
+
+
+def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:
+    """Refuse two instances of an FMU that a process can hold only once."""
+    seen: dict[str, str] = {}
+    for name, description in descriptions.items():
+        if not description.once_per_process:
+            continue
+        if description.guid in seen:
+            raise SystemDefinitionError(
+                f"{seen[description.guid]} and {name} are both {paths[name].name}, which allows one instance only"
+            )
+        seen[description.guid] = name
+
+
+def _components(
+    system: System, paths: Mapping[str, Path], descriptions: Mapping[str, Description]
+) -> dict[str, dict[str, Any]]:
+    """Say which file each component is, and every parameter it ran with, given or by default."""
+    components: dict[str, dict[str, Any]] = {}
+    for part in system.components:
+        description = descriptions[part.name]
+        parameters = {variable.name: _start(variable) for variable in description.with_causality("parameter")}
+        components[part.name] = {
+            "model": description.model_name,
+            "file": str(paths[part.name]),
+            "sha256": hashlib.sha256(paths[part.name].read_bytes()).hexdigest(),
+            "parameters": {**parameters, **part.parameters},
+        }
+    return components
+
+
+def _start(variable: Variable) -> Value | None:
+    """Read a start value of a model description as what it stands for."""
+    text = variable.start
+    if text is None or variable.type == "String":
+        return text
+    if variable.type == "Boolean":
+        return text in ("true", "1")
+    if variable.type == "Enumeration":
+        return next((name for name, number in variable.items.items() if number == int(text)), int(text))
+    return float(text) if variable.type == "Real" else int(text)
+
+
+def _signal(signal: Signal) -> dict[str, Any]:
+    """Write a signal as its kind and the numbers it is made from."""
+    parts = fields(signal) if is_dataclass(signal) else ()
+    made_from = {part.name: getattr(signal, part.name) for part in parts if part.init}
+    return {"kind": type(signal).__name__.lower(), **made_from}

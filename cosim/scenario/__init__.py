@@ -1,0 +1,1 @@
+"""Systems with their inputs, runs and variants, as files: TOML, SSP archives, containers."""

@@ -1,0 +1,67 @@
+"""How a system is stepped: the master algorithm and its settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cosim.errors import InputError, suggestion
+from cosim.system.algorithms import ALGORITHMS, EXPLICIT
+
+ON_FAILURE = ("fail", "halve", "explicit")
+
+
+@dataclass(frozen=True)
+class Method:
+    """A master algorithm and its settings.
+
+    Parameters
+    ----------
+    algorithm : str
+        One of `cosim.system.algorithms.ALGORITHMS`.
+    order : tuple of str
+        Names of all components in the order in which Gauss-Seidel steps them; by default derived from what depends on
+        what. Other algorithms do not need it.
+    tolerance : float, optional
+        Of the error of a step, relative to the greater of value and nominal value. With it, the communication step size
+        varies; without it, nothing is known of the error.
+    on_failure : str
+        What to do when a loop of the implicit algorithm has no solution: ``"fail"``, ``"halve"`` the step, or go on
+        with an ``"explicit"`` one.
+    iteration_tolerance : float
+        How well the values of a loop agree in the end, relative to the greater of value and nominal value.
+    compiled : bool
+        Whether explicit steps of given size are taken by the compiled loop, where it can be had and every component is
+        an FMU in this process; the loop in Python gives the same bits.
+
+    Raises
+    ------
+    InputError
+        If there is no such algorithm, or a setting makes no sense.
+    """
+
+    algorithm: str = "jacobi"
+    order: tuple[str, ...] = ()
+    tolerance: float | None = None
+    on_failure: str = "fail"
+    iteration_tolerance: float = 1e-9
+    compiled: bool = True
+
+    def __post_init__(self) -> None:
+        if self.algorithm not in ALGORITHMS:
+            raise InputError(f"there is no algorithm '{self.algorithm}'{suggestion(self.algorithm, ALGORITHMS)}")
+        if self.on_failure not in ON_FAILURE:
+            raise InputError(f"on_failure is '{self.on_failure}'{suggestion(self.on_failure, ON_FAILURE)}")
+        for name in ("tolerance", "iteration_tolerance"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value < 1.0:
+                raise InputError(f"{name} is {value:g}; expected a number > 0 and < 1")
+
+    @property
+    def implicit(self) -> bool:
+        """Whether steps are repeated until values agree."""
+        return self.algorithm not in EXPLICIT
+
+    @property
+    def takes_back(self) -> bool:
+        """Whether a whole step may be taken back to try a smaller one."""
+        return self.tolerance is not None or (self.implicit and self.on_failure == "halve")

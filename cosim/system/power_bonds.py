@@ -1,0 +1,127 @@
+"""Where components exchange power: connections whose value, times another, is a power.
+
+Speed and torque, or velocity and force, are such pairs. `cosim.master.energy_residual` accounts for energy across them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+
+from cosim.errors import SystemDefinitionError, suggestion
+from cosim.system.dependency import stepping_groups
+from cosim.system.description import Description, Unit, Variable
+from cosim.system.structure import Connection, PowerBond, System, split_name
+from cosim.system.units import describe
+
+# Exponents of kg, m, s, A, K, mol, cd; angles do not count.
+_WATT = (1, 2, -3, 0, 0, 0, 0)
+
+
+@dataclass(frozen=True)
+class Bond:
+    """A power bond with both its ends.
+
+    Attributes
+    ----------
+    input, output : str
+        Of the component that takes the power in.
+    source : str
+        The output that drives `input`.
+    back : str or None
+        The input of the same component as `source` that `output` drives, if there is one.
+    factor : float
+        From the product of the values to W.
+    """
+
+    input: str
+    output: str
+    source: str
+    back: str | None
+    factor: float
+
+
+def find_bonds(system: System, descriptions: Mapping[str, Description]) -> tuple[Bond, ...]:
+    """Return the power bonds of a system: those it names, or else those that its units and connections tell.
+
+    Told is a bond by a connected input and an output of the same component whose product is a power, if that is the
+    only output to drive the component the input comes from. Where there is none, it may be the only one that the input
+    feeds through to, as long as the two components depend on each other; else it is a signal like any other.
+
+    Raises
+    ------
+    SystemDefinitionError
+        If a bond that is named does not exist or is none.
+    """
+    if system.power_bonds is not None:
+        return tuple(_named(bond, system, descriptions) for bond in system.power_bonds)
+    bonds: dict[frozenset[str], Bond] = {}
+    groups = [group.components for group in stepping_groups(system, descriptions, system.connections)]
+    for connection in system.connections:
+        bond = _told(connection, system, descriptions, groups)
+        if bond is not None:
+            bonds.setdefault(frozenset((bond.source, bond.output)), bond)
+    return tuple(bonds.values())
+
+
+def _told(
+    connection: Connection,
+    system: System,
+    descriptions: Mapping[str, Description],
+    groups: Iterable[Collection[str]],
+) -> Bond | None:
+    """Find the output that goes with a connected input, if there is no doubt about it."""
+    source, target = connection.source, connection.target
+    component, name = split_name(target)
+    description = descriptions[component]
+    variable = description.by_name[name]
+    outputs = {
+        f"{component}.{output.name}": factor
+        for output in description.with_causality("output")
+        for factor in [_watts(variable, output)]
+        if factor
+    }
+    giver = split_name(source)[0]
+    pairs = [output for output in outputs if giver != component and _back(output, giver, system)]
+    coupled = any(giver in group and component in group for group in groups)
+    through = [output for output in outputs if name in description.fed_through(split_name(output)[1])]
+    chosen = pairs or (through if coupled else [])
+    if len(chosen) != 1:
+        return None
+    return Bond(target, chosen[0], source, _back(chosen[0], giver, system), outputs[chosen[0]])
+
+
+def _named(bond: PowerBond, system: System, descriptions: Mapping[str, Description]) -> Bond:
+    """Check a bond that the system names."""
+    component = split_name(bond.input)[0]
+    description = descriptions[component]
+    for name, causality in ((bond.input, "input"), (bond.output, "output")):
+        known = [f"{component}.{variable.name}" for variable in description.with_causality(causality)]
+        if name not in known:
+            raise SystemDefinitionError(f"power bond: {name} is no {causality}{suggestion(name, known)}")
+    source = next((one.source for one in system.connections if one.target == bond.input), None)
+    if source is None:
+        raise SystemDefinitionError(f"power bond: {bond.input} is not connected; expected an input with a source")
+    first, second = (description.by_name[split_name(name)[1]] for name in (bond.input, bond.output))
+    factor = _watts(first, second)
+    if factor is None:
+        raise SystemDefinitionError(
+            f"power bond: {bond.input} in {describe(first.unit)} times {bond.output} in {describe(second.unit)} "
+            "is no power"
+        )
+    return Bond(bond.input, bond.output, source, _back(bond.output, split_name(source)[0], system), factor)
+
+
+def _back(output: str, giver: str, system: System) -> str | None:
+    """Return the input of a component that an output drives."""
+    targets = (connection.target for connection in system.connections if connection.source == output)
+    return next((target for target in targets if split_name(target)[0] == giver), None)
+
+
+def _watts(first: Variable, second: Variable) -> float | None:
+    """Return the factor from the product of two variables to W, or None if it is no power."""
+    units: list[Unit] = [variable.unit for variable in (first, second) if variable.unit is not None]
+    if len(units) < 2 or any(unit.powers is None or unit.offset for unit in units):
+        return None
+    powers = tuple(a + b for a, b in zip(units[0].powers or (), units[1].powers or (), strict=True))
+    return units[0].factor * units[1].factor if powers[:-1] == _WATT else None

@@ -1,0 +1,1 @@
+"""Compile, bundle, describe, try and pack the FMUs."""

@@ -1,0 +1,81 @@
+"""One FMU from start to end: its files, its identity, its place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..page.page import documentation_page
+from ..schema import Model
+from . import native as native_build
+from . import packing
+from .description import Packaging, model_description
+from .header import table_header
+from .licenses import license_files
+from .native import Target
+from .python_build import python_files
+from .reference import reference_files
+from .source_code import TABLE_HEADER, source_code
+from .terminals import appearance
+
+
+def build(model: Model, packaging: Packaging, targets: Sequence[Target], output: Path) -> Path:
+    """Build one FMU and put it in its place below a folder, once it is known to be good.
+
+    Parameters
+    ----------
+    model : Model
+        The interface table.
+    packaging : Packaging
+        Native or python.
+    targets : sequence of Target
+        The platforms a native FMU is compiled for; pythonfmu's libraries are what they are.
+    output : Path
+        The FMU goes to <output>/<packaging>/<model name>.fmu.
+
+    Returns
+    -------
+    Path
+        Of the FMU.
+
+    Raises
+    ------
+    BuildError
+        Nothing has been put in place.
+    """
+    documents = {
+        "documentation/index.html": documentation_page(model, packaging),
+        **license_files(packaging, targets),
+        **appearance(model),
+        **reference_files(model),
+    }
+    files = _native(model, targets, documents) if packaging is Packaging.NATIVE else _python(model, documents)
+    here = f"binaries/{native_build.host_target().folder}/"
+    runs_here = any(name.startswith(here) for name in files)
+    path = output / packaging.value / f"{model.name}.fmu"
+    packing.place(files, path, runs_here=runs_here)
+    return path
+
+
+def _native(model: Model, targets: Sequence[Target], documents: dict[str, bytes]) -> dict[str, bytes]:
+    # The identity is that of the description, the sources and the way they are compiled: the libraries follow from
+    # them, and hold it. So a library is the same whatever others are beside it.
+    sources = source_code(model)
+    identity = sources | {"recipe": native_build.recipe().encode()}
+    guid = packing.guid(identity | {"description": model_description(model, Packaging.NATIVE, "")})
+    sources[TABLE_HEADER] = table_header(model, guid).encode()
+    libraries = {
+        f"binaries/{target.folder}/{model.name}{target.extension}": native_build.compile_library(
+            model.name, sources, target
+        )
+        for target in targets
+    }
+    shipped = {f"sources/{name}": content for name, content in sources.items()}
+    description = model_description(model, Packaging.NATIVE, guid)
+    return documents | libraries | shipped | {"modelDescription.xml": description}
+
+
+def _python(model: Model, documents: dict[str, bytes]) -> dict[str, bytes]:
+    files = python_files(model)
+    guid = packing.guid(files | {"description": model_description(model, Packaging.PYTHON, "")})
+    return documents | files | {"modelDescription.xml": model_description(model, Packaging.PYTHON, guid)}

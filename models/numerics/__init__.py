@@ -1,0 +1,1 @@
+"""The numerics that plants and laws share, operation by operation as in the C core."""

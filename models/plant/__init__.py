@@ -1,0 +1,1 @@
+"""The plants as the FMUs compute them: plain floats in a fixed order, the same bits as the C core."""

@@ -1,0 +1,102 @@
+"""The parameters of the drillstring and the constants of the wave form that follow from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import isfinite, sqrt
+
+from .clock import CELL_LIMIT
+
+
+@dataclass(frozen=True)
+class DrillstringParameters:
+    """Parameters by the paper's symbols; the defaults are the paper's values (section 3).
+
+    ``I_B`` is not given in the paper; 89 kg m^2 is the value usual in the same group's work.
+
+    Attributes
+    ----------
+    G : float
+        Shear modulus [Pa].
+    J : float
+        Geometrical moment of inertia [m^4].
+    I : float
+        Moment of inertia of the pipe per unit length [kg m].
+    L : float
+        Length [m].
+    I_B : float
+        Inertia of the bottom hole assembly [kg m^2].
+    c_a, c_b : float
+        Damping of the sliding top and of the bit [N m s/rad].
+    R_b : float
+        Bit radius [m].
+    mu_cb, mu_sb : float
+        Coulomb and static friction coefficients, 0 <= mu_cb <= mu_sb <= 1.
+    gamma_b : float
+        Velocity decrease rate, in [0, 1].
+    v_f : float
+        Velocity that makes ``gamma_b |v| / v_f`` a number [rad/s].
+    """
+
+    G: float = 79.3e9
+    J: float = 1.19e-5
+    I: float = 0.095  # noqa: E741 (the paper's symbol)
+    L: float = 1172.0
+    I_B: float = 89.0
+    c_a: float = 2000.0
+    c_b: float = 0.03
+    R_b: float = 0.155575
+    mu_cb: float = 0.5
+    mu_sb: float = 0.8
+    gamma_b: float = 0.9
+    v_f: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical: ValueError with name, value and expected range."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            lower = 0.0
+            if not isfinite(value) or value < lower or (value == lower and field.name in _POSITIVE):
+                bound = "> 0" if field.name in _POSITIVE else ">= 0"
+                raise ValueError(f"parameter {field.name} is {value}; expected a finite value {bound}")
+        if self.mu_sb < self.mu_cb or self.mu_sb > 1.0:
+            raise ValueError(f"parameter mu_sb is {self.mu_sb}; expected mu_cb = {self.mu_cb} <= mu_sb <= 1")
+        if self.gamma_b > 1.0:
+            raise ValueError(f"parameter gamma_b is {self.gamma_b}; expected 0 <= gamma_b <= 1")
+
+    @property
+    def impedance(self) -> float:
+        """Wave impedance Z = sqrt(I G J) [N m s/rad]."""
+        return sqrt(self.I * self.G * self.J)
+
+    @property
+    def travel_time(self) -> float:
+        """Time Gamma = L sqrt(I / (G J)) a wave takes along the string [s]."""
+        return self.L * sqrt(self.I / (self.G * self.J))
+
+    @property
+    def reflection(self) -> float:
+        """Top reflection Upsilon = (c_a - Z) / (c_a + Z), in (-1, 1)."""
+        return (self.c_a - self.impedance) / (self.c_a + self.impedance)
+
+    @property
+    def transmission(self) -> float:
+        """Share c_a / Lambda of the drive speed that enters the string, Lambda = c_a + Z, in (0, 1)."""
+        return self.c_a / (self.c_a + self.impedance)
+
+    @property
+    def stiffness(self) -> float:
+        """Torque per angle of the whole string in static twist, G J / L [N m/rad]."""
+        return self.G * self.J / self.L
+
+    def cells_for(self, requested: int) -> int:
+        """Return the cells in one travel time: as requested, at least 4; for 0 so many that none exceeds CELL_LIMIT."""
+        if requested > 0:
+            return requested if requested >= 4 else 4
+        count = int(self.travel_time / CELL_LIMIT)
+        if count * CELL_LIMIT < self.travel_time:
+            count += 1
+        return count if count >= 4 else 4
+
+
+_POSITIVE = frozenset({"G", "J", "I", "L", "I_B", "c_a", "R_b", "v_f"})

@@ -1,0 +1,1 @@
+"""Periodic motions: limit cycles, their multipliers, their branches, bistability."""

@@ -1,0 +1,1 @@
+"""Stability of the running equilibrium: neutral forms, roots, charts."""

@@ -1,0 +1,33 @@
+"""What the log shows on the terminal: sentences, and each thing once."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Generator
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from cosim.cli.console_log import SentenceHandler
+
+
+@pytest.fixture
+def shown() -> Generator[StringIO]:
+    """What is written while the handler listens."""
+    text = StringIO()
+    handler = SentenceHandler(Console(file=text, width=200))
+    logging.getLogger("cosim").addHandler(handler)
+    yield text
+    logging.getLogger("cosim").removeHandler(handler)
+
+
+def test_what_an_fmu_says_again_in_a_repeated_step_is_shown_once(shown: StringIO) -> None:
+    for name in ("plant", "plant", "law", "plant"):
+        logging.getLogger(f"cosim.fmi2.{name}").warning("t = %s s: too much", 0.5)
+    logging.getLogger("cosim.fmi2.plant").warning("t = %s s: too much", 0.75)
+    assert shown.getvalue().splitlines() == [
+        "warning: plant: t = 0.5 s: too much",
+        "warning: law: t = 0.5 s: too much",
+        "warning: plant: t = 0.75 s: too much",
+    ]

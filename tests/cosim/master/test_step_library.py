@@ -1,0 +1,79 @@
+"""The step loop's library is loaded whole and of this version, or made anew, and no place to keep it costs no run."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
+
+from cosim.master.stepping import step_library as module
+from cosim.master.stepping.step_library import step_library
+
+
+@pytest.fixture(autouse=True)
+def _fresh() -> Generator[None]:
+    step_library.cache_clear()
+    yield
+    step_library.cache_clear()
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(module, "user_cache_path", lambda name: tmp_path / name)
+    return tmp_path / "drillstring-cosim"
+
+
+def kept(home: Path) -> Path:
+    return next(path for path in home.iterdir() if path.suffix != ".sha256")
+
+
+@pytest.mark.parametrize("damage", [b"", b"no library", None])
+def test_a_damaged_library_in_the_cache_is_made_anew(home: Path, damage: bytes | None) -> None:
+    assert step_library()[0] is not None
+    path = kept(home)
+    whole = path.read_bytes()
+    path.unlink()  # the loaded one stays mapped
+    path.write_bytes(bytes([whole[0] ^ 1]) + whole[1:] if damage is None else damage)
+    step_library.cache_clear()
+    assert step_library()[0] is not None
+    assert path.read_bytes() == whole
+
+
+def test_a_home_that_cannot_be_written_costs_the_cache_and_not_the_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(module, "user_cache_path", lambda name: tmp_path / "file" / name)
+    assert step_library()[0] is not None
+
+
+def test_the_library_that_came_with_the_package_is_used(
+    home: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    assert step_library()[0] is not None
+    source = hashlib.sha256(Path(module.__file__).with_name("native").joinpath("step_loop.c").read_bytes()).hexdigest()
+    compiled = kept(home)
+    packaged = tmp_path / "built" / module._file_name(source[:16])
+    packaged.parent.mkdir()
+    packaged.write_bytes(compiled.read_bytes())
+    packaged.with_name(f"{packaged.name}.sha256").write_text(hashlib.sha256(compiled.read_bytes()).hexdigest())
+    monkeypatch.setattr(module, "_PACKAGED", packaged.parent)
+    monkeypatch.setattr(module, "_cached", lambda source: pytest.fail("compiled in spite of the packaged one"))
+    step_library.cache_clear()
+    library, _ = step_library()
+    assert library is not None
+    assert library._name == str(packaged)
+
+
+def test_without_the_compiler_the_way_to_get_it_is_told(
+    home: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(module.util, "find_spec", lambda name: None)
+    with caplog.at_level(logging.WARNING):
+        library, why = step_library()
+    assert library is None
+    assert why in caplog.text
+    assert 'ziglang; pip install "drillstring-cosim[build]" brings it' in why

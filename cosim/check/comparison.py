@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from cosim.system.signals import FloatArray
 
 from cosim.check.reference import Tolerance
 from cosim.check.series import SAME_TIME, Series, same_time
 from cosim.check.verdict import Comparison
 from cosim.system.description import Variable
 
-FloatArray = NDArray[np.float64]
 
 RANGE_SHARE = 1e-3
 UNSTATED = "none stated, so 0.1 % of the reference's range, and up to one step early or late"

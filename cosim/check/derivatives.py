@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
+from cosim.system.signals import FloatArray
 
 from cosim.check.bench import Bench
 from cosim.check.exercise import Exercise, Runner
@@ -17,7 +17,6 @@ from cosim.check.verdict import Outcome, failed, not_checked, passed
 from cosim.check.wording import sample
 from cosim.system.description import Variable
 
-FloatArray = NDArray[np.float64]
 
 _NEARER = 0.75
 _NUDGE, _AGREE = 1e-6, 1e-4

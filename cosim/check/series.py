@@ -12,11 +12,10 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from cosim.system.signals import FloatArray
 
 from cosim.errors import InputError
 
-FloatArray = NDArray[np.float64]
 
 _BOOLEANS = {"true": "1", "false": "0"}
 SAME_TIME = 1e-9

@@ -20,7 +20,7 @@ from cosim.system.description import Description
 
 # FMI 2.0 names folders for x86 only. For Arm, tools use FMI 3.0's names, or put a universal binary in darwin64. fmpy
 # 0.3.32 looks in linux64 on Arm as well, so it is told which file to load.
-_FOLDERS = {
+BINARY_FOLDERS = {
     "x86_64-linux": ("linux64", "x86_64-linux"),
     "aarch64-linux": ("aarch64-linux",),
     "x86_64-windows": ("win64", "x86_64-windows"),
@@ -77,7 +77,7 @@ def find_binary(path: Path, model_identifier: str) -> str:
     with open_archive(path) as archive:
         names = archive.names
     file = model_identifier + fmpy.sharedLibraryExtension
-    for folder in _FOLDERS.get(fmpy.platform_tuple, (fmpy.platform_tuple,)):
+    for folder in BINARY_FOLDERS.get(fmpy.platform_tuple, (fmpy.platform_tuple,)):
         if f"binaries/{folder}/{file}" in names:
             return f"binaries/{folder}/{file}"
     parts = [name.split("/") for name in names]

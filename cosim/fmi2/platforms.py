@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 
-_FOLDERS = {
+_TUPLES = {
     "linux32": "x86-linux",
     "linux64": "x86_64-linux",
     "win32": "x86-windows",
@@ -20,7 +20,7 @@ _MACH = {0x01000007: "x86_64-darwin", 0x0100000C: "aarch64-darwin", 7: "x86-darw
 
 def expected_for(folder: str) -> set[str]:
     """Return the platform that a folder below binaries stands for; empty if the name is unknown."""
-    name = _FOLDERS.get(folder, folder)
+    name = _TUPLES.get(folder, folder)
     return {name} if name in {*_ELF.values(), *_PE.values(), *_MACH.values()} else set()
 
 

@@ -10,7 +10,7 @@ from cosim.errors import ScenarioError, suggestion
 from cosim.scenario.toml_table import TomlTable
 from cosim.system.signals import Constant, Signal, Step, ramp, read_table, table_of_points
 
-_KEYS = {
+_SIGNAL_KEYS = {
     "step": ("before", "after", "at"),
     "ramp": ("initial", "final", "start", "duration"),
     "table": ("points", "file", "column"),
@@ -39,12 +39,12 @@ def read_signal(content: object, where: str, folder: Path) -> Signal:
     if not isinstance(content, dict):
         raise ScenarioError(f"{where} is {content!r}; expected a number, true, false or a table with a kind")
     kind = TomlTable(cast(object, content), where).text("kind")
-    if kind not in _KEYS:
-        raise ScenarioError(f"{where}.kind is '{kind}'{suggestion(kind, _KEYS)}")
-    table = TomlTable(cast(object, content), where, ("kind", *_KEYS[kind]))
+    if kind not in _SIGNAL_KEYS:
+        raise ScenarioError(f"{where}.kind is '{kind}'{suggestion(kind, _SIGNAL_KEYS)}")
+    table = TomlTable(cast(object, content), where, ("kind", *_SIGNAL_KEYS[kind]))
     build: dict[str, Callable[[], Signal]] = {
         "step": lambda: Step(table.number_or_boolean("before"), table.number_or_boolean("after"), table.number("at")),
-        "ramp": lambda: ramp(*(table.number(key) for key in _KEYS["ramp"])),
+        "ramp": lambda: ramp(*(table.number(key) for key in _SIGNAL_KEYS["ramp"])),
         "table": lambda: _points(table, folder),
     }
     try:

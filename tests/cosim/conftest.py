@@ -10,7 +10,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from cosim.fmi2.library import _FOLDERS
+from cosim.fmi2.library import BINARY_FOLDERS
 from tests.once import built_once
 
 SOURCE = Path(__file__).parent / "probe"
@@ -43,7 +43,7 @@ def make_probe(probe_library: Path, tmp_path: Path) -> Callable[..., Path]:
         path = tmp_path / name
         with zipfile.ZipFile(path, "w") as archive:
             archive.writestr("modelDescription.xml", text)
-            folder = folder or _FOLDERS[fmpy.platform_tuple][0]
+            folder = folder or BINARY_FOLDERS[fmpy.platform_tuple][0]
             archive.write(probe_library, f"binaries/{folder}/{probe_library.name}")
         return path
 
@@ -87,7 +87,7 @@ def make_suspect(suspect_libraries: Callable[..., Path], tmp_path: Path) -> Call
         library = suspect_libraries(*definitions)
         content = {
             "modelDescription.xml": text.encode(),
-            f"binaries/{folder or _FOLDERS[fmpy.platform_tuple][0]}/{library.name}": library.read_bytes(),
+            f"binaries/{folder or BINARY_FOLDERS[fmpy.platform_tuple][0]}/{library.name}": library.read_bytes(),
             "resources/fault.txt": fault.encode(),
             "documentation/index.html": b"<p>A suspect</p>",
         }

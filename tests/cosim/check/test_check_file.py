@@ -11,11 +11,11 @@ import pytest
 
 from cosim.check import Finding, Report, Verdict, check_fmu
 from cosim.errors import FmuFileError
-from cosim.fmi2.library import _FOLDERS
+from cosim.fmi2.library import BINARY_FOLDERS
 from cosim.fmi2.platforms import built_for, expected_for
 
 Maker = Callable[..., Path]
-HERE = _FOLDERS[fmpy.platform_tuple][0]
+HERE = BINARY_FOLDERS[fmpy.platform_tuple][0]
 
 
 def failures(report: Report) -> dict[str, str]:

@@ -15,10 +15,9 @@ if TYPE_CHECKING:
     from cosim.master.co_simulation import co_simulate
     from cosim.recording.result import Result
     from cosim.run.simulation import simulate
-    from cosim.run.streaming.reading import open_trajectory
-    from cosim.run.streaming.stream import stream
+    from cosim.run.stream import open_trajectory, stream
+    from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
-    from cosim.scenario.scenario_file import load_scenario, scenario_names
     from cosim.system.method import Method
     from cosim.system.signals import Constant, Signal, Step, Table, ramp, read_table
     from cosim.system.structure import Component, Connection, PowerBond, System
@@ -73,13 +72,13 @@ _HOMES = {
     "Table": "cosim.system.signals",
     "Variant": "cosim.scenario.scenario",
     "co_simulate": "cosim.master.co_simulation",
-    "load_scenario": "cosim.scenario.scenario_file",
-    "open_trajectory": "cosim.run.streaming.reading",
+    "load_scenario": "cosim.scenario.file",
+    "open_trajectory": "cosim.run.stream",
     "ramp": "cosim.system.signals",
     "read_table": "cosim.system.signals",
-    "scenario_names": "cosim.scenario.scenario_file",
+    "scenario_names": "cosim.scenario.file",
     "simulate": "cosim.run.simulation",
-    "stream": "cosim.run.streaming.stream",
+    "stream": "cosim.run.stream",
 }
 
 

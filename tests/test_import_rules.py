@@ -13,9 +13,8 @@ PARTS = ("build_fmu", "cosim", "fmu_src", "models", "tests")
 # The master knows an FMU by its modelDescription alone. What knows strings and bits asks one module for mathematics.
 MATHEMATICS = "cosim/drilling/mathematics.py"
 MAY_USE_MATHEMATICS = {
-    "cosim/drilling/dissipation_map.py",
+    "cosim/drilling/maps.py",
     "cosim/drilling/energy_growth.py",
-    "cosim/drilling/stability_map.py",
 }
 
 

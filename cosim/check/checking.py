@@ -8,13 +8,12 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from cosim.check import archive, document
-from cosim.check.behaviour import BEHAVIOUR, CHECKS
-from cosim.check.process import Ended, Told, run_in_turn
+from cosim.check import file
+from cosim.check.examination.behaviour import BEHAVIOUR, CHECKS
+from cosim.check.examination.process import Ended, Told, run_in_turn
+from cosim.check.examination.worker import EXPERIMENT, UNLOADING, Job
 from cosim.check.reference import Experiment, holds_reference, model_names, read_reference
-from cosim.check.verdict import Comparison, Finding, Group, Outcome, Report, Verdict, failed, not_checked
-from cosim.check.wording import counted
-from cosim.check.worker import EXPERIMENT, UNLOADING, Job
+from cosim.check.verdict import Comparison, Finding, Group, Outcome, Report, Verdict, counted, failed, not_checked
 from cosim.errors import FmuFileError, InputError
 from cosim.fmi2.model_description import read_description
 from cosim.system.description import Description
@@ -92,17 +91,17 @@ class _Checking:
         """Check what can be seen without running; return the description if the FMU can be run by it."""
         path, unpacked = self._path, self._unpacked
         unpacked.mkdir()
-        if not self._do(Group.FILE, "archive", "unpack every file", partial(archive.check_archive, path, unpacked)):
+        if not self._do(Group.FILE, "archive", "unpack every file", partial(file.check_archive, path, unpacked)):
             return None
         try:
-            read = document.read_document(unpacked)
+            read = file.read_document(unpacked)
         except FmuFileError as error:
             self._add(Group.DESCRIPTION, "XML", "read it", failed(str(error), "XML in UTF-8"))
             return None
-        if not self._do(Group.DESCRIPTION, "kind", "read version and kind", partial(document.check_kind, read)):
+        if not self._do(Group.DESCRIPTION, "kind", "read version and kind", partial(file.check_kind, read)):
             return None
-        valid = self._do(Group.DESCRIPTION, "schema", "validate by FMI's .xsd", partial(document.check_schema, read))
-        rules = partial(document.check_rules, unpacked) if valid else lambda: not_checked("the schema is broken")
+        valid = self._do(Group.DESCRIPTION, "schema", "validate by FMI's .xsd", partial(file.check_schema, read))
+        rules = partial(file.check_rules, unpacked) if valid else lambda: not_checked("the schema is broken")
         self._do(Group.DESCRIPTION, "rules", "apply fmpy's rules", rules)
         try:
             description = read_description(path, validate=False)
@@ -110,16 +109,16 @@ class _Checking:
             reason = str(error).removeprefix(f"{path}: ")
             self._add(Group.DESCRIPTION, "variables", "read them", failed(reason, "readable"))
             return None
-        return self._described(description, document.declared_sources(read))
+        return self._described(description, file.declared_sources(read))
 
     def _described(self, description: Description, sources: tuple[str, ...]) -> Description | None:
         unpacked, do = self._unpacked, self._do
         self._title = _title(description)
-        do(Group.DESCRIPTION, "start values", "compare with min and max", partial(document.check_bounds, description))
-        do(Group.DESCRIPTION, "units", "of inputs and outputs", partial(document.check_units, description))
-        do(Group.FILE, "sources", "look for declared files", partial(archive.check_sources, unpacked, sources))
-        do(Group.FILE, "documentation", "look for index.html", partial(archive.check_documentation, unpacked))
-        binaries = partial(archive.check_binaries, self._path, unpacked, description)
+        do(Group.DESCRIPTION, "start values", "compare with min and max", partial(file.check_bounds, description))
+        do(Group.DESCRIPTION, "units", "of inputs and outputs", partial(file.check_units, description))
+        do(Group.FILE, "sources", "look for declared files", partial(file.check_sources, unpacked, sources))
+        do(Group.FILE, "documentation", "look for index.html", partial(file.check_documentation, unpacked))
+        binaries = partial(file.check_binaries, self._path, unpacked, description)
         return description if do(Group.FILE, "libraries", "read their headers", binaries) else None
 
     def _behaviour_and_reference(self, description: Description) -> None:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from cosim.system.signals import FloatArray
 
-from cosim.check.reference import Tolerance
-from cosim.check.series import SAME_TIME, Series, same_time
+from cosim.check.reference import SAME_TIME, Series, Tolerance, same_time
 from cosim.check.verdict import Comparison
 from cosim.system.description import Variable
-
+from cosim.system.signals import FloatArray
 
 RANGE_SHARE = 1e-3
 UNSTATED = "none stated, so 0.1 % of the reference's range, and up to one step early or late"

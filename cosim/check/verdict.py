@@ -1,11 +1,15 @@
-"""What a check of an FMU finds: verdicts, findings, comparisons with a reference, and the report of them all."""
+"""What a check of an FMU finds: verdicts, findings, comparisons with a reference, and the report of them all.
+
+How findings are put into words, and how much is looked at where there is much.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 
 class Verdict(StrEnum):
@@ -154,3 +158,24 @@ def noted(found: str, allowed: str = "", *, done: str = "") -> Outcome:
 def not_checked(why: str) -> Outcome:
     """Return why nothing was checked."""
     return Outcome(Verdict.NOT_CHECKED, why)
+
+
+Thing = TypeVar("Thing")
+
+_MANY = 3
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun, in the plural unless there is one."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def sample(things: Sequence[Thing], most: int) -> Sequence[Thing]:
+    """Return all of a few things, or as many as `most` spread evenly over many."""
+    return things if len(things) <= most else [things[len(things) * place // most] for place in range(most)]
+
+
+def some(texts: Sequence[str]) -> str:
+    """Join the first few of many texts."""
+    rest = len(texts) - _MANY
+    return "; ".join(texts[:_MANY]) + (f"; and {rest} more" if rest > 0 else "")

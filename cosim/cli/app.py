@@ -14,11 +14,11 @@ from rich.text import Text
 
 from cosim.cli.terminal import new_console, prepare_step_loop, print_outcomes, progress_bar, sentences
 from cosim.errors import InputError
-from cosim.fmi2.isolation.limits import Limits
+from cosim.fmi2.isolation import Limits
 
 if TYPE_CHECKING:
     from cosim.run.job import Job
-    from cosim.run.streaming.stream_job import Streaming
+    from cosim.run.stream_job import Streaming
     from cosim.system.signals import Value
 
 app = typer.Typer(
@@ -50,7 +50,7 @@ def options(
 @app.command("list")
 def list_scenarios() -> None:
     """List the scenarios that come with the package."""
-    from cosim.scenario.scenario_file import load_scenario, scenario_names
+    from cosim.scenario.file import load_scenario, scenario_names
 
     table = Table("scenario", "what it shows", "variants", box=None, pad_edge=False, header_style="bold")
     with sentences():
@@ -104,8 +104,8 @@ def run(
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
     from cosim.run.job import Job, run_job
     from cosim.run.options import Choices
-    from cosim.run.streaming.stream_job import stream_job
-    from cosim.scenario.scenario_source import opened_scenario
+    from cosim.run.stream_job import stream_job
+    from cosim.scenario.file import opened_scenario
 
     with sentences(), opened_scenario(scenario, stop_time, step_size) as loaded:
         choices = Choices(
@@ -137,7 +137,7 @@ def resume(
     folder: Annotated[Path, typer.Argument(help="Of an unfinished run with --stream.", metavar="FOLDER")],
 ) -> None:
     """Go on with a streamed run that was interrupted, from its last checkpoint."""
-    from cosim.run.streaming.stream_job import resume_job
+    from cosim.run.stream_job import resume_job
 
     with sentences():
         jobs: list[Job] = []
@@ -168,7 +168,7 @@ def export(
 ) -> None:
     """Write a scenario, with its FMUs, as one file that other tools read: SSP 1.0, or an FMU of FMUs."""
     from cosim.scenario.container import export_container
-    from cosim.scenario.scenario_source import opened_scenario
+    from cosim.scenario.file import opened_scenario
     from cosim.scenario.ssp.writing import export_ssp
 
     with sentences(), opened_scenario(scenario) as loaded:
@@ -198,7 +198,7 @@ def check(
 ) -> None:
     """Check an FMU: file, description, claims, and reference results; exit with 0 if nothing fails, else with 1."""
     from cosim.check import TIME_LIMIT, check_fmu
-    from cosim.check.table import print_report
+    from cosim.check.report import print_report
 
     with sentences():
         errors = Console(stderr=True)
@@ -210,7 +210,7 @@ def check(
         console = new_console()
         print_report(console, report)
         if junit is not None:
-            from cosim.check.junit import write_junit
+            from cosim.check.report import write_junit
 
             write_junit(report, junit)
             console.print(Text(f"wrote {junit}"), soft_wrap=True)
@@ -258,8 +258,8 @@ def main() -> None:
 
 def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:
     """Read how to stream, if at all."""
-    from cosim.run.streaming.stream import INTERVAL
-    from cosim.run.streaming.stream_job import Streaming
+    from cosim.run.stream import INTERVAL
+    from cosim.run.stream_job import Streaming
 
     asked = {"--every": every, "--csv": csv, "--checkpoint": checkpoint is not None}
     if not stream:

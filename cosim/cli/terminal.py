@@ -1,12 +1,17 @@
-"""What the command line shows: sentences when something goes wrong, progress, and what came of a run."""
+"""What the command line shows: sentences when something goes wrong, progress, and what came of a run.
+
+Log messages on the terminal, as sentences like those of errors.
+
+What is to be said of a run when it is over: how well the coupling was computed, and what is not known of it.
+"""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.console import Console
@@ -14,14 +19,13 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from rich.table import Table
 from rich.text import Text
 
-from cosim.cli.console_log import SentenceHandler, plain
-from cosim.cli.statement import statement
-from cosim.errors import CosimError, RunInterruptedError
+from cosim.errors import CosimError, RunInterruptedError, format_time
 from cosim.run.interrupt import interruptible
 
 if TYPE_CHECKING:
     from cosim.run.job import Job, Outcome
     from cosim.scenario.scenario import Scenario
+
 
 _WIDTH_OF_FILES = 120
 _INTERRUPTED = 130
@@ -59,7 +63,7 @@ def sentences() -> Generator[None]:
 
 def prepare_step_loop(job: Job) -> None:
     """Get the compiled step loop if the job takes it, and show that one waits where it has to be compiled first."""
-    from cosim.master.stepping.step_library import step_library
+    from cosim.master.compiled_loop import step_library
     from cosim.run.assembly import chosen_method
 
     method = chosen_method(job.scenario, job.choices)
@@ -147,3 +151,130 @@ def _print_paths(console: Console, folder: Path) -> None:
     figures = [manifest["figure"]] if "figure" in manifest else [entry["figure"] for entry in variants]
     for name in (*(entry["trajectory"] for entry in variants), MANIFEST, *figures):
         console.print(Text(f"wrote {folder / name}"), soft_wrap=True)
+
+
+_FMU = "cosim.fmi2."
+
+
+class SentenceHandler(logging.Handler):
+    """Shows warnings as they come, but holds back what an FMU says about a failed call.
+
+    If the failure ends the run, its error says the same; if not, `show_failures` makes up for it.
+
+    Parameters
+    ----------
+    console : rich.console.Console
+        Where to write.
+    """
+
+    def __init__(self, console: Console) -> None:
+        super().__init__(logging.WARNING)
+        self._console = console
+        self._failures: list[logging.LogRecord] = []
+        self._shown: set[str] = set()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show a message, or hold it back."""
+        if getattr(record, "says_why", False):
+            self._failures.append(record)
+        else:
+            self._show(record)
+
+    def show_failures(self) -> None:
+        """Show what was held back."""
+        for record in self._failures:
+            self._show(record)
+
+    def _show(self, record: logging.LogRecord) -> None:
+        """Write one sentence; what an FMU says again when a step is repeated is written once."""
+        instance = f"{record.name.removeprefix(_FMU)}: " if record.name.startswith(_FMU) else ""
+        level = "warning" if record.levelno < logging.ERROR else "error"
+        sentence = f"{instance}{plain(record.getMessage())}"
+        if not instance or sentence not in self._shown:
+            self._console.print(Text.assemble((f"{level}: ", "bold yellow"), sentence))
+        self._shown.add(sentence)
+
+
+def plain(text: str) -> str:
+    """Return a text with characters that a terminal would act upon, such as escape sequences, written out."""
+    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in text)
+
+
+def statement(record: Mapping[str, Any]) -> tuple[str, ...]:
+    """Say it in sentences, from the record of a run; nothing for a run without connections."""
+    if not record["connections"]:
+        return ()
+    sentences = [
+        *(f"algebraic loop {loop}: {_closed(record)}{_guarded(loop, record)}" for loop in record["loops"]),
+        *_iterations(record),
+        *_error(record),
+        *(_energy(name, account) for name, account in record["energy_residual"].items()),
+        *(_guard(name, span) for name, span in record["guards"].items()),
+    ]
+    return tuple(sentences)
+
+
+def _closed(record: Mapping[str, Any]) -> str:
+    """Say what has become of the loops."""
+    if "iterations" not in record:
+        return f"{record['algorithm']} passes on values of the step before"
+    unsolved = record["unsolved"]
+    accuracy = f"to {record['iteration_tolerance']:g} of the values"
+    if not unsolved["steps"]:
+        return f"closed in every step, {accuracy}"
+    return (
+        f"not closed in {unsolved['steps']} of {record['steps']} steps, first at t = "
+        f"{format_time(unsolved['first'])} s, by {unsolved['largest_residual']:.3g} at most; in the others {accuracy}"
+    )
+
+
+def _guarded(loop: str, record: Mapping[str, Any]) -> str:
+    """Say which guards and limits stood in for a solution of a loop."""
+    components = {name.partition(".")[0] for name in loop.split(" -> ")}
+    names = [name for name in record["guards"] if name.partition(".")[0] in components]
+    if "iterations" not in record or not names:
+        return ""
+    return f"; where {' or '.join(names)} is on, by the value of that guard or limit and not by a solution"
+
+
+def _iterations(record: Mapping[str, Any]) -> list[str]:
+    """Say how often steps were repeated."""
+    if "iterations" not in record:
+        return []
+    found = record["iterations"]
+    return [f"components of a loop were stepped {found['mean']:.2f} times a step, at most {found['most']} times"]
+
+
+def _error(record: Mapping[str, Any]) -> list[str]:
+    """Say what is known of the error, and how many steps it cost."""
+    if "error_estimate" not in record:
+        rejected = [_count(record["rejected"], "step") + " taken back"] if "rejected" in record else []
+        return [*rejected, "error of the coupling not estimated (a tolerance asks for it)"]
+    found = record["error_estimate"]
+    text = (
+        f"estimated error {found['largest']:.2g} in a step at most, {found['mean']:.2g} on average, relative to values "
+        f"and nominal values; tolerance {record['tolerance']:g}, {_count(record['rejected'], 'step')} taken back"
+    )
+    if found["beyond_tolerance"]:
+        text += f"; {found['beyond_tolerance']} of {record['steps']} steps beyond the tolerance at the smallest size"
+    return [text]
+
+
+def _energy(name: str, account: Mapping[str, Any]) -> str:
+    """Say how much energy the coupling made or lost."""
+    made = account["sum"]
+    what = "made" if made > 0.0 else "lost"
+    return f"energy {what} by the coupling at {name}: {abs(made):.3g} J of {account['exchanged']:.3g} J exchanged"
+
+
+def _guard(name: str, span: Mapping[str, Any]) -> str:
+    """Say where values are a guard's or a limit's."""
+    return (
+        f"{name} is on at {_count(span['points'], 'communication point')} from t = {format_time(span['first'])} s to "
+        f"{format_time(span['last'])} s: values there are its own, not solutions"
+    )
+
+
+def _count(number: int, what: str) -> str:
+    """Write how many there are of something."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"

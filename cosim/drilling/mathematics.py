@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cosim.optional import require
+from cosim.errors import require
 
 if TYPE_CHECKING:
     from models.controllers.laws import DissipativeLaw

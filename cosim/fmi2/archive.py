@@ -2,21 +2,29 @@
 
 Everything that can be known from the directory of the archive is checked when it is opened; contents are checked as
 they are read. What is refused, and why, is in docs/untrusted.md.
+
+Names of members of an archive: which may become files, whatever system the archive is unpacked on.
+
+Files to give away: zip archives that depend on nothing but names and contents, in place once they are complete.
 """
 
 from __future__ import annotations
 
+import io
+import os
+import re
 import shutil
 import stat
 import struct
+import tempfile
+import unicodedata
 import zipfile
 import zlib
-from collections.abc import Generator
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from cosim.errors import FmuFileError, InputError
-from cosim.fmi2.member_name import colliding_names, fault_of_name
+from cosim.errors import FmuFileError, InputError, OutputError
 
 MOST_MEMBERS = 20_000
 MOST_BYTES = 4 * 2**30
@@ -268,3 +276,99 @@ def _end_of_member(file: zipfile.ZipFile, begin: int) -> int:
 
 def _megabytes(size: int) -> str:
     return f"{size / 1e6:.1f} MB"
+
+
+LONGEST_NAME = 1000
+"""Characters in the whole path of a member."""
+
+# What Windows takes for a device in whatever folder and with whatever extension
+# (https://learn.microsoft.com/windows/win32/fileio/naming-a-file).
+_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³]) *(\..*)?", re.IGNORECASE)
+
+
+def fault_of_name(name: str) -> str | None:
+    """Say what is wrong with the name of a member, or return None if it may be unpacked under it.
+
+    The same names are refused on every system, so that an archive that opens on one opens on all of them. Parts are
+    separated by forward slashes (APPNOTE.TXT of the zip format, section 4.4.17); one at the end makes it a folder.
+    """
+    parts = name.removesuffix("/").split("/")
+    faults = {
+        "is empty": not name,
+        f"has {len(name)} characters; expected at most {LONGEST_NAME}": len(name) > LONGEST_NAME,
+        "has a control character in it": any(unicodedata.category(character) == "Cc" for character in name),
+        "has a backslash in it": "\\" in name,
+        "is an absolute path": name.startswith("/"),
+        "has a colon in it, as a drive has": ":" in name,
+        "leads out of the archive": ".." in parts,
+        "has an empty part": "" in parts,
+        "has a part that ends in a dot or a space": any(part.endswith((".", " ")) for part in parts),
+        "is a device on Windows": any(_DEVICE.fullmatch(part) for part in parts),
+    }
+    return next((fault for fault, found in faults.items() if found), None)
+
+
+def colliding_names(names: Sequence[str]) -> tuple[str, str] | None:
+    """Return two members that claim one place: equal names, or a file where another member needs a folder.
+
+    Names that differ only in case, or in how accents are put together, are equal on the usual file systems of Windows
+    and macOS.
+    """
+    seen: dict[str, str] = {}
+    for name in names:
+        folded = _folded(name)
+        if folded in seen:
+            return seen[folded], name
+        seen[folded] = name
+    for name in names:
+        parts = _folded(name).split("/")
+        for length in range(1, len(parts)):
+            above = seen.get("/".join(parts[:length]))
+            if above is not None and not above.endswith("/"):
+                return above, name
+    return None
+
+
+def _folded(name: str) -> str:
+    return unicodedata.normalize("NFC", name.removesuffix("/")).casefold()
+
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def pack(files: Mapping[str, bytes], first: str) -> bytes:
+    """Return a zip archive; stored, since compressors differ in the bytes they make.
+
+    Parameters
+    ----------
+    files : mapping of str to bytes
+        Contents by name.
+    first : str
+        The one to begin with, the description.
+    """
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as out:
+        for name in sorted(files, key=lambda name: (name != first, name)):
+            entry = zipfile.ZipInfo(name, _EPOCH)
+            entry.create_system = 3  # Unix, on every host, so that the permissions below count
+            entry.external_attr = 0o100644 << 16
+            out.writestr(entry, files[name])
+    return buffer.getvalue()
+
+
+def put_in_place(path: Path, content: bytes) -> None:
+    """Write a file, which appears when it is complete; folders above it are made.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as folder:
+            draft = Path(folder, path.name)
+            draft.write_bytes(content)
+            os.replace(draft, path)
+    except OSError as error:
+        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error

@@ -1,21 +1,31 @@
-"""From an .fmu file to a loaded shared library: the right folder for this platform, unpacked and cleaned up."""
+"""From an .fmu file to a loaded shared library: the right folder for this platform, unpacked and cleaned up.
+
+Which processor and system a library is for: what its folder promises, and what its first bytes say.
+
+What each step of an FMU calls: bare functions of its library, on addresses within the recording.
+
+The addresses are good for as long as the block is kept whose memory they lead to.
+"""
 
 from __future__ import annotations
 
 import os
+import struct
 import sys
 import tempfile
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from ctypes import c_int, c_size_t, c_void_p
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import fmpy  # pyright: ignore[reportMissingTypeStubs]
 from fmpy.fmi2 import FMU2Slave  # pyright: ignore[reportMissingTypeStubs]
 
 from cosim.errors import FmuFileError
 from cosim.fmi2.archive import open_archive
-from cosim.fmi2.platforms import built_for, expected_for, is_cut_off
+from cosim.recording.record import Section, Slopes
 from cosim.system.description import Description
 
 # FMI 2.0 names folders for x86 only. For Arm, tools use FMI 3.0's names, or put a universal binary in darwin64. fmpy
@@ -117,3 +127,138 @@ def _load(name: str, path: Path, binary: Path, description: Description, folder:
         raise FmuFileError(f"{path}: {binary.name} cannot be loaded: {error}") from error
     finally:
         os.chdir(before)
+
+
+_TUPLES = {
+    "linux32": "x86-linux",
+    "linux64": "x86_64-linux",
+    "win32": "x86-windows",
+    "win64": "x86_64-windows",
+    "darwin64": "x86_64-darwin",
+}
+"""FMI 2.0's names; those of FMI 3.0, which tools use for Arm, are what they say."""
+
+_ELF = {0x03: "x86-linux", 0x3E: "x86_64-linux", 0xB7: "aarch64-linux", 0x28: "aarch32-linux", 0xF3: "riscv64-linux"}
+_PE = {0x14C: "x86-windows", 0x8664: "x86_64-windows", 0xAA64: "aarch64-windows"}
+_MACH = {0x01000007: "x86_64-darwin", 0x0100000C: "aarch64-darwin", 7: "x86-darwin"}
+
+
+def expected_for(folder: str) -> set[str]:
+    """Return the platform that a folder below binaries stands for; empty if the name is unknown."""
+    name = _TUPLES.get(folder, folder)
+    return {name} if name in {*_ELF.values(), *_PE.values(), *_MACH.values()} else set()
+
+
+def built_for(library: bytes) -> set[str]:
+    """Return the platforms a library can be loaded on, by its header; empty if it is none that is known.
+
+    ELF (e_machine), PE (Machine) and Mach-O (cputype), and universal Mach-O with several of them.
+    """
+    try:
+        if library[:4] == b"\x7fELF":
+            return _known(_ELF, struct.unpack_from("<H", library, 18)[0])
+        if library[:2] == b"MZ":
+            start = struct.unpack_from("<I", library, 60)[0]
+            return _known(_PE, struct.unpack_from("<H", library, start + 4)[0])
+        if library[:4] == b"\xcf\xfa\xed\xfe":
+            return _known(_MACH, struct.unpack_from("<I", library, 4)[0])
+        if library[:4] == b"\xca\xfe\xba\xbe":
+            count = struct.unpack_from(">I", library, 4)[0]
+            parts = (struct.unpack_from(">I", library, 8 + 20 * index)[0] for index in range(count))
+            return set[str]().union(*(_known(_MACH, part) for part in parts))
+    except struct.error:
+        return set()
+    return set()
+
+
+def is_cut_off(library: bytes) -> bool:
+    """Whether an ELF file ends before its segments do, which kills a process that loads it (by SIGBUS).
+
+    Other formats are checked by the loaders of their systems. Layout by the System V ABI, chapter "Program Header".
+    """
+    if library[:4] != b"\x7fELF":
+        return False
+    header, segment = ("<32xQ14xHH", "<8xQ16xQ") if library[4:5] == b"\x02" else ("<28xI10xHH", "<4xI8xI")
+    try:
+        table, size, count = struct.unpack_from(header, library)
+        segments = [struct.unpack_from(segment, library, table + index * size) for index in range(count)]
+    except struct.error:
+        return True
+    return any(begin + length > len(library) for begin, length in segments)
+
+
+def _known(machines: dict[int, str], number: int) -> set[str]:
+    return {machines[number]} if number in machines else {f"machine 0x{number:x}"}
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """One getter or setter on a column range of a section; a row's values begin at `base` + row * `stride`."""
+
+    function: Callable[[c_void_p, c_void_p, c_size_t, int], int]
+    name: str
+    references: c_void_p
+    count: c_size_t
+    base: int
+    stride: int
+
+
+@dataclass(frozen=True)
+class SlopeExchange:
+    """The setter or getter of first derivatives, and where those of a row are, as in `Exchange`."""
+
+    function: Callable[[c_void_p, c_void_p, c_size_t, c_void_p, int], int]
+    name: str
+    references: c_void_p
+    count: c_size_t
+    orders: c_void_p
+    base: int
+    stride: int
+
+
+@dataclass(frozen=True)
+class Calls:
+    """What a step calls: bare functions of the library, on addresses within the recording."""
+
+    instance: c_void_p
+    do_step: Callable[[c_void_p, float, float, c_int], int]
+    writes: tuple[Exchange, ...]
+    reads: tuple[Exchange, ...]
+    input_slopes: SlopeExchange | None
+    output_slopes: SlopeExchange | None
+
+
+def bound(library: Any, name: str, argument_types: tuple[Any, ...]) -> Callable[..., int]:
+    """Return a bare function of a library; indexing makes a new object, so fmpy's keeps its own types."""
+    function = library[name]
+    function.argtypes = argument_types
+    function.restype = c_int
+    return cast(Callable[..., int], function)
+
+
+def exchange(library: Any, verb: str, kind: str, section: Section, count: int) -> Exchange:
+    """Bind a getter or setter to the first `count` columns of a section."""
+    name = f"fmi2{verb}{kind}"
+    return Exchange(
+        bound(library, name, (c_void_p, c_void_p, c_size_t, c_void_p)),
+        name,
+        c_void_p(section.references.ctypes.data),
+        c_size_t(count),
+        section.values.ctypes.data,
+        section.values.strides[0],
+    )
+
+
+def slope_exchange(library: Any, name: str, slopes: Slopes | None) -> SlopeExchange | None:
+    """Bind the setter or getter of derivatives, if there are any."""
+    if slopes is None:
+        return None
+    return SlopeExchange(
+        bound(library, name, (c_void_p, c_void_p, c_size_t, c_void_p, c_void_p)),
+        name,
+        c_void_p(slopes.references.ctypes.data),
+        c_size_t(slopes.references.size),
+        c_void_p(slopes.orders.ctypes.data),
+        slopes.values.ctypes.data,
+        slopes.values.strides[0],
+    )

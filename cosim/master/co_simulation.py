@@ -17,14 +17,13 @@ import numpy as np
 
 from cosim.errors import format_time
 from cosim.master.communication_points import Grid, communication_points
+from cosim.master.fixed_step import ForwardRun
 from cosim.master.observation import Observation
-from cosim.master.stepping.forward_run import ForwardRun
-from cosim.master.stepping.rollback_run import RollbackRun
-from cosim.master.stepping.run import Progress, Run, Snapshot
+from cosim.master.rollback import RollbackRun
+from cosim.master.run import Progress, Run, Snapshot
+from cosim.master.slave import Slave
 from cosim.recording.result import Result
-from cosim.recording.row_memory import RowMemory
-from cosim.recording.rows import Rows
-from cosim.recording.slave import Slave
+from cosim.recording.rows import RowMemory, Rows
 from cosim.system.compatibility import check_system
 from cosim.system.dependency import feedthrough_loops
 from cosim.system.method import Method

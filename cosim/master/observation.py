@@ -1,26 +1,39 @@
 """What is seen of a run: its columns by name, and an account of the coupling that is kept as windows come.
 
 Columns are the outputs and inputs of each component, and what is known of the coupling, under ``coupling``.
+
+Guards and limits: Boolean outputs that say that a value is not what the equations ask for.
+
+A law that divides by what may vanish guards the divisor, a drive has a limit. What comes out then closes a loop between
+components like any other value, but it is the guard's or the limit's and not a solution of the equations.
+
+Energy that the coupling makes or loses: across a power bond, what is taken in is not just what is given.
+
+Over each step the power taken in is the input as it was set, held or on a straight line, times the output of the same
+component; the power given is the output that drives the input, times what its component was given in return. Between
+communication points outputs are taken to go on straight lines. The difference, integrated over the step, is the energy
+residual: positive where the coupling adds energy. An exact coupling has none. Energy residuals are due to Sadjina,
+Kyllingstad, Skjong and Pedersen (2017), Energy conservation and power bonds in co-simulations, Engineering with
+Computers 33, who take the powers at communication points.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import format_time
-from cosim.master.energy_residual import EnergyAccount
-from cosim.master.guards import GuardWatch, find_guards
+from cosim.errors import SystemDefinitionError, format_time, suggestion
 from cosim.recording.record import BASE_TYPES, BaseType, Block, Window
 from cosim.recording.rows import Column, Rows
 from cosim.system.description import Description
-from cosim.system.power_bonds import find_bonds
-from cosim.system.structure import COUPLING, System
+from cosim.system.power_bonds import Bond, find_bonds
+from cosim.system.signals import FloatArray
+from cosim.system.structure import COUPLING, System, split_name
 
 log = logging.getLogger("cosim")
 
@@ -152,3 +165,128 @@ def _sources(component: str, block: Block) -> list[_Source]:
 def _residual(name: str) -> str:
     """Return the name of the column of a bond's energy residual."""
     return f"{COUPLING}.energy_residual.{name}"
+
+
+_ENDING = "_active"
+
+
+def find_guards(system: System, descriptions: Mapping[str, Description]) -> tuple[str, ...]:
+    """Return the names of the guards: those the system names, or else all Boolean outputs that end in ``_active``.
+
+    Raises
+    ------
+    SystemDefinitionError
+        If the system names something that is not a Boolean output.
+    """
+    outputs = [
+        f"{name}.{variable.name}"
+        for name, description in descriptions.items()
+        for variable in description.with_causality("output")
+        if variable.type == "Boolean"
+    ]
+    if system.guards is None:
+        return tuple(name for name in outputs if name.endswith(_ENDING))
+    for name in system.guards:
+        if name not in outputs:
+            raise SystemDefinitionError(f"guards: {name} is no Boolean output{suggestion(name, outputs)}")
+    return system.guards
+
+
+class GuardWatch:
+    """Notes at how many communication points each guard was active, and when first and last.
+
+    Parameters
+    ----------
+    guards : sequence of str
+        Their names.
+    """
+
+    def __init__(self, guards: Sequence[str]) -> None:
+        self._guards = tuple(guards)
+        self._spans: dict[str, dict[str, Any]] = {}
+
+    def take(self, rows: Rows) -> None:
+        """Look at some more rows."""
+        for name in self._guards:
+            active = rows.times[np.flatnonzero(rows.columns[name])]
+            if active.size:
+                span = self._spans.setdefault(name, {"points": 0, "first": float(active[0])})
+                span["points"] += int(active.size)
+                span["last"] = float(active[-1])
+
+    def summary(self) -> dict[str, dict[str, Any]]:
+        """Return what was noted of those that were ever active: points, and the first and the last time, s."""
+        return {name: dict(self._spans[name]) for name in self._guards if name in self._spans}
+
+    def restore(self, summary: Mapping[str, Mapping[str, Any]]) -> None:
+        """Go on from what was noted."""
+        self._spans = {name: dict(span) for name, span in summary.items()}
+
+
+Line = tuple[FloatArray, FloatArray]
+"""Values at the beginnings and ends of steps."""
+
+
+@dataclass
+class EnergyAccount:
+    """What has happened across a bond so far.
+
+    Attributes
+    ----------
+    bond : Bond
+        Of the system that is run.
+    sum, absolute : float
+        Of the residuals, and of their absolute values, J.
+    exchanged : float
+        Energy taken in over all steps, each counted as positive, J.
+    """
+
+    bond: Bond
+    sum: float = 0.0
+    absolute: float = 0.0
+    exchanged: float = 0.0
+
+    def take(self, window: Window) -> FloatArray:
+        """Account for a window; return the energy made in the step that led to each row, 0 for the first [J]."""
+        sizes = np.diff(window.times)
+        effort = _output(self.bond.output, window)
+        taken = self.bond.factor * _integral(_input(self.bond.input, window, sizes), effort, sizes)
+        returned = effort if self.bond.back is None else _input(self.bond.back, window, sizes)
+        given = self.bond.factor * _integral(_output(self.bond.source, window), returned, sizes)
+        residual = taken - given
+        self.sum += float(residual.sum())
+        self.absolute += float(np.abs(residual).sum())
+        self.exchanged += float(np.abs(taken).sum())
+        return np.concatenate([[0.0], residual])
+
+    def summary(self) -> dict[str, float]:
+        """Return the sums [J]."""
+        return {"sum": self.sum, "absolute": self.absolute, "exchanged": self.exchanged}
+
+    def restore(self, summary: Mapping[str, float]) -> None:
+        """Go on from sums."""
+        self.sum, self.absolute, self.exchanged = (summary[name] for name in ("sum", "absolute", "exchanged"))
+
+
+def _integral(first: Line, second: Line, sizes: FloatArray) -> FloatArray:
+    """Integrate the product of two straight lines over each step."""
+    (a, b), (c, d) = first, second
+    return sizes / 6.0 * (2.0 * a * c + a * d + b * c + 2.0 * b * d)
+
+
+def _output(name: str, window: Window) -> Line:
+    """Return an output at both ends of each step."""
+    component, variable = split_name(name)
+    section = window.blocks[component].outputs["Real"]
+    values = section.values[:, section.column(variable)].astype(np.float64)
+    return values[:-1], values[1:]
+
+
+def _input(name: str, window: Window, sizes: FloatArray) -> Line:
+    """Return an input at both ends of each step: it ends where it is recorded, and came there with its slope."""
+    component, variable = split_name(name)
+    section, slopes = window.blocks[component].inputs["Real"], window.blocks[component].slopes
+    index = section.column(variable)
+    ends = section.values[1:, index].astype(np.float64)
+    column = None if slopes is None else slopes.column(int(section.references[index]))
+    return (ends if slopes is None or column is None else ends - sizes * slopes.values[1:, column]), ends

@@ -21,7 +21,7 @@ from cosim.fmi2.isolation.isolated_slave import open_isolated_fmu
 from cosim.fmi2.locate import locate_fmu
 from cosim.fmi2.model_description import read_description
 from cosim.master.co_simulation import Master
-from cosim.recording.slave import Slave
+from cosim.master.slave import Slave
 from cosim.run.options import Choices
 from cosim.scenario.scenario import Scenario
 from cosim.system.description import Description, Variable

@@ -10,12 +10,11 @@ from typing import Any, TypeVar
 
 from cosim.drilling.energy import EnergyBalance, energy_balance
 from cosim.drilling.figure import draw
-from cosim.drilling.metrics import Measures, measure
+from cosim.drilling.oscillation import Measures, measure
 from cosim.recording.result import Result
 from cosim.run.assembly import versions
-from cosim.run.commit import commit
 from cosim.run.options import Choices
-from cosim.run.run_folder import FIGURE, run_folder, write_manifest, write_variant
+from cosim.run.run_folder import FIGURE, commit, run_folder, write_manifest, write_variant
 from cosim.run.simulation import run
 from cosim.scenario.scenario import Scenario
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from cosim.fmi2.isolation.limits import Limits
+from cosim.fmi2.isolation import Limits
 from cosim.system.signals import Value
 
 

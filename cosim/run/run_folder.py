@@ -2,25 +2,32 @@
 
 Everything is written into a temporary folder beside the final one, which takes its name at the end. Only a folder that
 holds an earlier run, which its manifest shows, or nothing, is replaced.
+
+Records as JSON can hold them.
+
+Which commit of this package computes: of the checkout it runs from, or the one a wheel was built from.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
+import subprocess
 import tempfile
+import tomllib
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
 from cosim.drilling.energy import EnergyBalance
-from cosim.drilling.metrics import Measures
+from cosim.drilling.oscillation import Measures
 from cosim.errors import OutputError
 from cosim.recording.result import Result
-from cosim.run.plain import plain
 
 MANIFEST = "manifest.json"
 TRAJECTORY = "trajectory.csv"
@@ -206,3 +213,59 @@ def _put_in_place(draft: Path, path: Path) -> None:
             raise
     finally:
         shutil.rmtree(old, ignore_errors=True)
+
+
+def plain(value: Any) -> Any:
+    """Turn a value into what JSON knows; infinite numbers as ``"inf"``, since JSON has none."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in cast(Mapping[Any, Any], value).items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in cast(list[Any], value)]
+    if isinstance(value, float) and not math.isfinite(value):
+        return repr(value)
+    return value
+
+
+PACKAGE = Path(__file__).resolve().parents[1]
+_PROJECT = "drillstring-cosim"
+_PATIENCE = 10.0
+
+
+@cache
+def commit(package: Path = PACKAGE) -> str | None:
+    """Return the full hash, with ``-dirty`` if tracked files differ from it; None if nobody knows.
+
+    Parameters
+    ----------
+    package : Path
+        The folder of this package.
+    """
+    checkout = package.parent
+    if _is_checkout(checkout):
+        return _described(checkout)
+    try:
+        return (package / "built" / "commit.txt").read_text(encoding="utf-8").strip() or None
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def _is_checkout(folder: Path) -> bool:
+    """Whether a folder is the top of a repository of this project, and not of one that has it installed within."""
+    try:
+        project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]["name"]
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError):
+        return False
+    return project == _PROJECT and (folder / ".git").exists()
+
+
+def _described(folder: Path) -> str | None:
+    """Ask git, whatever repository the environment speaks of, as it does in a hook."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    command = ["git", "-C", str(folder), "describe", "--always", "--abbrev=40", "--exclude=*", "--dirty"]
+    try:
+        done = subprocess.run(
+            command, env=environment, check=True, capture_output=True, text=True, errors="replace", timeout=_PATIENCE
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip() or None

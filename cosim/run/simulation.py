@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from cosim.fmi2.isolation.process import Limits
+from cosim.fmi2.isolation import Limits
 from cosim.master.co_simulation import collect_rows
-from cosim.master.stepping.run import Progress
+from cosim.master.run import Progress
 from cosim.recording.result import Result
 from cosim.run.assembly import assembled
 from cosim.run.options import Choices

@@ -21,19 +21,17 @@ from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
-from cosim.errors import InputError
+from cosim.errors import InputError, require
+from cosim.fmi2.archive import pack, put_in_place
 from cosim.fmi2.locate import locate_fmu
 from cosim.fmi2.model_description import read_description
-from cosim.optional import require
-from cosim.scenario.packing import pack, put_in_place
 from cosim.scenario.scenario import Scenario
 from cosim.scenario.ssp.program import as_components
 from cosim.system.compatibility import check_system
 from cosim.system.dependency import feedthrough_loops, stepping_order
-from cosim.system.description import Description, Unit
+from cosim.system.description import BASE_UNITS, Description, Unit
 from cosim.system.signals import Constant, Value
 from cosim.system.structure import System, split_name
-from cosim.system.units import BASE_UNITS
 
 log = logging.getLogger("cosim")
 

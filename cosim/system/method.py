@@ -1,12 +1,34 @@
-"""How a system is stepped: the master algorithm and its settings."""
+"""How a system is stepped: the master algorithm and its settings.
+
+FMI 2.0 allows no reading between setting and stepping, so explicit algorithms pass on a value through one component a
+step, and how old it is there is the algorithm's choice, its lag. The implicit algorithm repeats steps instead.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from cosim.errors import InputError, suggestion
-from cosim.system.algorithms import ALGORITHMS, EXPLICIT
 
+Lag = Callable[[int, int], int]
+"""From the places of source and target in the stepping order to how many steps old the passed value is."""
+
+
+def _jacobi(source: int, target: int) -> int:
+    """Give every component what the others put out at the beginning of the step: always one step old."""
+    del source, target
+    return 1
+
+
+def _gauss_seidel(source: int, target: int) -> int:
+    """Give every component what those before it in the order put out at the end of the step; the rest is a step old."""
+    return 0 if source < target else 1
+
+
+EXPLICIT: Mapping[str, Lag] = MappingProxyType({"jacobi": _jacobi, "gauss-seidel": _gauss_seidel})
+ALGORITHMS = (*EXPLICIT, "implicit")
 ON_FAILURE = ("fail", "halve", "explicit")
 
 
@@ -17,7 +39,7 @@ class Method:
     Parameters
     ----------
     algorithm : str
-        One of `cosim.system.algorithms.ALGORITHMS`.
+        One of `cosim.system.method.ALGORITHMS`.
     order : tuple of str
         Names of all components in the order in which Gauss-Seidel steps them; by default derived from what depends on
         what. Other algorithms do not need it.

@@ -1,6 +1,6 @@
 """Where components exchange power: connections whose value, times another, is a power.
 
-Speed and torque, or velocity and force, are such pairs. `cosim.master.energy_residual` accounts for energy across them.
+Speed and torque, or velocity and force, are such pairs. `cosim.master.observation` accounts for energy across them.
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.dependency import stepping_groups
-from cosim.system.description import Description, Unit, Variable
+from cosim.system.description import Description, Unit, Variable, describe
 from cosim.system.structure import Connection, PowerBond, System, split_name
-from cosim.system.units import describe
 
 # Exponents of kg, m, s, A, K, mol, cd; angles do not count.
 _WATT = (1, 2, -3, 0, 0, 0, 0)

@@ -8,7 +8,7 @@ from pathlib import Path
 from . import project
 from .native import TARGETS, compile_library
 
-SOURCE = project.ROOT / "cosim" / "master" / "stepping" / "native" / "step_loop.c"
+SOURCE = project.ROOT / "cosim" / "master" / "native" / "step_loop.c"
 
 # What a platform is called by an importer that asks where it runs (FMI 3.0, section 2.5.1.4.1).
 _TUPLES = {

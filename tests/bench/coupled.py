@@ -12,12 +12,12 @@ from cosim.fmi2.fmu_slave import open_fmu
 from cosim.fmi2.locate import locate_fmu
 from cosim.fmi2.model_description import read_description
 from cosim.master.communication_points import communication_points
-from cosim.master.stepping.compiled_loop import compiled_steps
-from cosim.master.stepping.initialisation import initialise
-from cosim.master.stepping.readable_loop import readable_steps
-from cosim.master.stepping.wiring import wire
-from cosim.system.algorithms import EXPLICIT
+from cosim.master.compiled_loop import compiled_steps
+from cosim.master.fixed_step import readable_steps
+from cosim.master.run import initialise
+from cosim.master.wiring import wire
 from cosim.system.compatibility import check_system
+from cosim.system.method import EXPLICIT
 from cosim.system.structure import split_name
 from tests.bench.native import importer, loops
 from tests.importers.test_libcosimpy import build

@@ -16,8 +16,7 @@ from typer.testing import CliRunner
 import cosim
 from cosim import open_trajectory
 from cosim.cli.app import app
-from cosim.errors import MissingPackageError
-from cosim.optional import require
+from cosim.errors import MissingPackageError, require
 
 HEAVY = ("fmu_manipulation_toolbox", "matplotlib", "pandas", "scipy", "xarray", "zarr")
 
@@ -31,7 +30,7 @@ def loaded_by(program: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "program", ["import cosim", "from cosim import *", "import cosim.cli.app", "import cosim.run.streaming.stream"]
+    "program", ["import cosim", "from cosim import *", "import cosim.cli.app", "import cosim.run.stream"]
 )
 def test_no_heavy_package_is_imported_before_it_is_needed(program: str) -> None:
     assert loaded_by(program).isdisjoint(HEAVY)

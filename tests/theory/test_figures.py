@@ -9,9 +9,8 @@ import pytest
 from matplotlib.image import imread
 
 from cosim import load_scenario, simulate
-from cosim.drilling.dissipation_map import draw_growth, draw_loop_set
 from cosim.drilling.energy_growth import energy_growth
-from cosim.drilling.stability_map import draw_bistability, draw_charts
+from cosim.drilling.maps import draw_bistability, draw_charts, draw_growth, draw_loop_set
 from models.controllers.laws import DissipativeLaw
 from models.theory.loop_set import PrintedLoop
 from models.theory.stability.chart import stability_chart

@@ -1,1 +1,21 @@
-"""FMUs in processes of their own."""
+"""FMUs in processes of their own, and what they may use there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an isolated FMU may use.
+
+    Parameters
+    ----------
+    time : float
+        For each call into it, s.
+    memory : float
+        Beyond what its process holds before it is loaded, bytes. Kept on Linux and macOS.
+    """
+
+    time: float = 60.0
+    memory: float = 4e9

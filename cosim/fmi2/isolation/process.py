@@ -1,6 +1,10 @@
 """The process of an isolated FMU as the master sees it: asked, timed, and ended.
 
 This keeps a faulty FMU from taking the master down. It is no sandbox: the process may do whatever its user may.
+
+The end of a process that ran other people's code: how to bring it about, and what its exit code says.
+
+
 """
 
 from __future__ import annotations
@@ -8,6 +12,7 @@ from __future__ import annotations
 import json
 import mmap
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -17,8 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from cosim.fmi2.isolation.limits import Limits
-from cosim.fmi2.isolation.process_end import end_session, fault
+from cosim.fmi2.isolation import Limits
 from cosim.fmi2.isolation.protocol import HEADER, MOST_REPLY, REPLY, REQUEST, Operation, receive, send
 
 START_LIMIT = 120.0
@@ -184,3 +188,26 @@ def _descriptors(process: subprocess.Popen[bytes]) -> tuple[int, int]:
     if process.stdin is None or process.stdout is None:
         raise ValueError("expected pipes")
     return process.stdin.fileno(), process.stdout.fileno()
+
+
+_WINDOWS = {0xC0000005: "access violation", 0xC00000FD: "stack overflow", 0xC0000409: "stack buffer overrun"}
+
+
+def end_session(process: subprocess.Popen[bytes]) -> None:
+    """End a process with whatever it has started, where it was given a session of its own (not on Windows).
+
+    Once the process has been waited for, its number may become another's: then only at once.
+    """
+    if sys.platform != "win32":
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+
+
+def fault(code: int) -> str | None:
+    """Name the signal or Windows exception that an exit code stands for; None if the process has ended itself."""
+    if code < 0:
+        names = {number.value: number.name for number in signal.Signals}
+        return names.get(-code, f"signal {-code}")
+    return _WINDOWS.get(code & 0xFFFFFFFF)

@@ -7,9 +7,15 @@ import sys
 
 import numpy as np
 
-from cosim.master.loop import bracket, newton
-from cosim.master.loop.quasi_newton import QuasiNewton
-from cosim.master.loop.trials import Residual, Trial, Trials, UnsolvedError
+from cosim.master.loop.root_finding import (
+    QuasiNewton,
+    Residual,
+    Trial,
+    Trials,
+    UnsolvedError,
+    find_roots,
+    find_single_root,
+)
 from cosim.system.signals import FloatArray
 
 # An answer whose square overflows is as good as infinite: nothing can be extrapolated from it.
@@ -59,7 +65,7 @@ class LoopSolver:
         trials = Trials(residual, self._low, self._high, self._tolerance)
         trial = self._fast(trials, start)
         if trial is None:
-            trial = bracket.find_root(trials) if self._low.size == 1 else newton.find_root(trials)
+            trial = find_single_root(trials) if self._low.size == 1 else find_roots(trials)
         return trial.values, len(trials.made)
 
     @property

@@ -9,8 +9,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from cosim.errors import SspError, suggestion
 from cosim.scenario.scenario import Scenario
-from cosim.scenario.ssp.document import plain_name
-from cosim.scenario.ssp.vocabulary import SCENARIO_ANNOTATION, SIGNALS_ANNOTATION, own, ssc, ssd
+from cosim.scenario.ssp.document import SCENARIO_ANNOTATION, SIGNALS_ANNOTATION, own, plain_name, ssc, ssd
 from cosim.system.method import Method
 from cosim.system.structure import PowerBond
 

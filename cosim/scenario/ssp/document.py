@@ -1,19 +1,46 @@
-"""XML documents of the standard: read safely and checked against the schemas, written in one way."""
+"""XML documents of the standard: read safely and checked against the schemas, written in one way.
+
+The .ssp file itself, of which members are read by name.
+
+Names and media types of the SSP 1.0 standard, and of the annotations of this package.
+"""
 
 from __future__ import annotations
 
+import logging
 import re
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Generator
+from contextlib import contextmanager
 from functools import cache
 from importlib import resources
+from pathlib import Path, PurePosixPath
 from typing import Any
+from urllib.parse import unquote, urlsplit
 from xml.etree.ElementTree import Element
 
 import lxml.etree  # pyright: ignore[reportMissingTypeStubs, reportMissingModuleSource]
 
+import cosim.fmi2.archive
 from cosim.errors import SspError
+from cosim.fmi2.archive import Archive
 from cosim.fmi2.xml_check import check_xml
-from cosim.scenario.ssp.vocabulary import OWN, SSC, SSD, SSV
+
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
+SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
+SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+OWN = "urn:drillstring-cosim:ssp:1"
+
+STRUCTURE = "SystemStructure.ssd"
+RESOURCES = "resources"
+
+FMU_TYPE = "application/x-fmu-sharedlibrary"
+PARAMETER_SET_TYPE = "application/x-ssp-parameter-set"
+
+SCENARIO_ANNOTATION = "drillstring-cosim.scenario"
+"""On the whole description: how the system is to be run."""
+SIGNALS_ANNOTATION = "drillstring-cosim.signals"
+"""On a component: it stands for signals that drive inputs, and nothing else."""
 
 _etree: Any = lxml.etree  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
 _NAMESPACE = re.compile(r"\{[^}]*\}")
@@ -74,3 +101,80 @@ def _schema(namespace: str) -> Any:
     """Load a schema of the standard; fmpy brings them along."""
     with resources.as_file(resources.files("fmpy") / "ssp" / "schema") as folder:
         return _etree.XMLSchema(_etree.parse(str(folder / _SCHEMAS[namespace])))
+
+
+log = logging.getLogger("cosim")
+
+
+class SspArchive:
+    """An open .ssp file, of which members are read one by one, never unpacked by their own names."""
+
+    def __init__(self, archive: Archive) -> None:
+        self.path = archive.path
+        self._archive = archive
+        self._names = archive.names
+
+    def read(self, name: str) -> bytes:
+        """Return the content of a member; SspError if there is none of that name or it is damaged."""
+        return self._archive.read(name)
+
+    def copy(self, name: str, target: Path) -> None:
+        """Write the content of a member to a file; SspError as by `read`, or if it cannot be written."""
+        self._archive.copy(name, target)
+
+    def number(self, name: str) -> int:
+        """Return the place of a member in the archive; -1 if it is not there."""
+        return self._names.index(name) if name in self._names else -1
+
+    def member(self, source: str, what: str) -> str:
+        """Return the name of the member that a URI of the description means.
+
+        Raises
+        ------
+        SspError
+            If the URI leads out of the archive.
+        """
+        parts = urlsplit(source)
+        path = PurePosixPath(unquote(parts.path))
+        outside = path.is_absolute() or ".." in path.parts or "\\" in str(path)
+        if parts.scheme or parts.netloc or parts.query or parts.fragment or outside or not path.parts:
+            raise SspError(f"{self.path}: the source of {what} is '{source}'; expected a path within the archive")
+        return str(path)
+
+
+@contextmanager
+def open_archive(path: Path) -> Generator[SspArchive]:
+    """Open an .ssp file for reading.
+
+    Raises
+    ------
+    SspError
+        If it is missing, is not a zip archive that can safely be opened, or holds no SystemStructure.ssd.
+    """
+    with cosim.fmi2.archive.open_archive(path, "an SSP file", SspError) as archive:
+        if STRUCTURE not in archive.names:
+            raise SspError(f"{path} is not an SSP file: there is no {STRUCTURE} in it")
+        others = [name for name in archive.names if name.endswith(".ssd") and "/" not in name and name != STRUCTURE]
+        if others:
+            log.warning("%s: %s is read; the variants %s are not", path.name, STRUCTURE, ", ".join(others))
+        yield SspArchive(archive)
+
+
+def ssd(name: str) -> str:
+    """Return the qualified name of an element of a system structure description."""
+    return f"{{{SSD}}}{name}"
+
+
+def ssc(name: str) -> str:
+    """Return the qualified name of an element that all formats of the standard share."""
+    return f"{{{SSC}}}{name}"
+
+
+def ssv(name: str) -> str:
+    """Return the qualified name of an element of a parameter set."""
+    return f"{{{SSV}}}{name}"
+
+
+def own(name: str) -> str:
+    """Return the qualified name of an element of this package's annotations."""
+    return f"{{{OWN}}}{name}"

@@ -13,15 +13,14 @@ from urllib.parse import quote
 from xml.etree.ElementTree import Element, SubElement
 
 from cosim.errors import SspError
+from cosim.fmi2.archive import pack, put_in_place
 from cosim.fmi2.locate import locate_fmu
 from cosim.fmi2.model_description import read_description
-from cosim.scenario.packing import pack, put_in_place
 from cosim.scenario.scenario import Scenario
 from cosim.scenario.ssp.annotation import add_scenario, mark_as_signals
-from cosim.scenario.ssp.document import write_document
-from cosim.scenario.ssp.parameter_set import parameter_set
+from cosim.scenario.ssp.document import FMU_TYPE, PARAMETER_SET_TYPE, RESOURCES, STRUCTURE, ssc, ssd, write_document
+from cosim.scenario.ssp.parameters import parameter_set
 from cosim.scenario.ssp.program import as_components
-from cosim.scenario.ssp.vocabulary import FMU_TYPE, PARAMETER_SET_TYPE, RESOURCES, STRUCTURE, ssc, ssd
 from cosim.system.compatibility import check_system
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cosim.check import Finding, Group, Report, Verdict, check_fmu
-from cosim.check.behaviour import BEHAVIOUR
+from cosim.check.examination.behaviour import BEHAVIOUR
 
 pytestmark = pytest.mark.slow
 

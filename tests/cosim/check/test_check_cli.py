@@ -12,8 +12,7 @@ from rich.console import Console
 from typer.testing import CliRunner, Result
 
 from cosim.check import Comparison, Finding, Group, Report, Verdict
-from cosim.check.junit import write_junit
-from cosim.check.table import print_report
+from cosim.check.report import print_report, write_junit
 from cosim.cli.app import app
 from cosim.errors import OutputError
 

@@ -11,8 +11,7 @@ import pytest
 
 from cosim.check import Finding, Report, Verdict, check_fmu
 from cosim.errors import FmuFileError
-from cosim.fmi2.library import BINARY_FOLDERS
-from cosim.fmi2.platforms import built_for, expected_for
+from cosim.fmi2.library import BINARY_FOLDERS, built_for, expected_for
 
 Maker = Callable[..., Path]
 HERE = BINARY_FOLDERS[fmpy.platform_tuple][0]

@@ -9,7 +9,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from cosim.cli.console_log import SentenceHandler
+from cosim.cli.terminal import SentenceHandler
 
 
 @pytest.fixture

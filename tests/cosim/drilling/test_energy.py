@@ -14,7 +14,7 @@ from cosim import load_scenario, simulate
 from cosim.cli.app import app
 from cosim.drilling.energy import EnergyBalance, energy_balance
 from cosim.recording.result import Result
-from cosim.scenario.scenario_file import scenario_names
+from cosim.scenario.file import scenario_names
 
 BAR = 1e-9
 """Of the energy put in until then."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from cosim.drilling.metrics import measure
+from cosim.drilling.oscillation import measure
 from tests.cosim.motion import Slip, cycle, record
 
 PERIOD = 3.2256227

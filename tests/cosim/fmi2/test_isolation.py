@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 from cosim import Component, Connection, Constant, Method, Scenario, System, load_scenario, simulate
 from cosim.cli.app import app
 from cosim.errors import FmuFileError, LostSlaveError, RunError, SlaveError, SystemDefinitionError
+from cosim.fmi2.isolation import Limits
 from cosim.fmi2.isolation.isolated_slave import open_isolated_fmu
-from cosim.fmi2.isolation.process import Limits
 from cosim.fmi2.model_description import read_description
 from cosim.recording.record import allocate_block
 from cosim.recording.result import Result

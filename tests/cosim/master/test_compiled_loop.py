@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cosim import Component, Constant, Result, Scenario, SlaveError, Step, System, load_scenario, ramp, simulate
-from cosim.master.stepping.step_library import step_library
+from cosim.master.compiled_loop import step_library
 
 
 def run(scenario: Scenario, *, compiled: bool, **options) -> Result:
@@ -91,9 +91,9 @@ def test_without_a_compiler_steps_are_taken_in_python(
         raise subprocess.CalledProcessError(1, command, stderr="no such compiler\n")
 
     step_library.cache_clear()
-    monkeypatch.setattr("cosim.master.stepping.step_library.user_cache_path", lambda name: tmp_path / name)
+    monkeypatch.setattr("cosim.master.compiled_loop.user_cache_path", lambda name: tmp_path / name)
     monkeypatch.setattr(subprocess, "run", fail)
-    monkeypatch.setattr("cosim.master.stepping.step_library._PACKAGED", tmp_path / "built")
+    monkeypatch.setattr("cosim.master.compiled_loop._PACKAGED", tmp_path / "built")
     monkeypatch.setattr("cosim.master.co_simulation.time.perf_counter", lambda: waited + next(clock))
     try:
         with caplog.at_level(logging.WARNING):

@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import expm
 
 from cosim import Component, Connection, Constant, Method, SlaveError, Step, System, co_simulate, ramp
-from cosim.cli.statement import statement
+from cosim.cli.terminal import statement
 from cosim.errors import LoopError, RunError, SystemDefinitionError
 from cosim.system.description import Variable
 from tests.cosim.fakes import FakeSlave, LinearSlave, describe

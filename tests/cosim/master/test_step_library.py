@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from cosim.master.stepping import step_library as module
-from cosim.master.stepping.step_library import step_library
+from cosim.master import compiled_loop as module
+from cosim.master.compiled_loop import step_library
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cosim.run.commit import commit
+from cosim.run.run_folder import commit
 
 
 def git(folder: Path, *arguments: str) -> str:

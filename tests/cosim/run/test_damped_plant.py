@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cosim import Scenario, load_scenario, simulate
-from cosim.drilling.metrics import measure
-from cosim.scenario.scenario_file import scenario_names
+from cosim.drilling.oscillation import measure
+from cosim.scenario.file import scenario_names
 
 
 def with_damped_plant(scenario: Scenario, **parameters: float) -> Scenario:

@@ -14,11 +14,10 @@ from hypothesis import strategies as st
 
 from cosim.errors import CheckpointError, InputError, OutputError
 from cosim.recording.rows import Column, Rows
-from cosim.run.streaming import zarr_store
-from cosim.run.streaming.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
-from cosim.run.streaming.csv_store import create_csv, csv_file, reopen_csv
-from cosim.run.streaming.decimation import decimate
-from cosim.run.streaming.zarr_store import create_zarr, reopen_zarr
+from cosim.run import zarr_store
+from cosim.run.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from cosim.run.store import create_csv, csv_file, decimate, reopen_csv
+from cosim.run.zarr_store import create_zarr, reopen_zarr
 
 COLUMNS = (
     Column("plant.speed", "rad/s", np.dtype(np.float64), "speed of the bit"),

@@ -21,10 +21,10 @@ from typer.testing import CliRunner
 
 from cosim import Component, Constant, Scenario, System, load_scenario, open_trajectory, ramp, simulate, stream
 from cosim.cli.app import app
-from cosim.drilling.metrics import measure
+from cosim.drilling.oscillation import measure
 from cosim.errors import CheckpointError, OutputError, RunInterruptedError, SlaveError
 from cosim.recording.result import Result
-from cosim.run.streaming.tail import SECONDS
+from cosim.run.stream import SECONDS
 
 SHORT = {"stop_time": 3.0, "step_size": 0.01}
 RUNS: dict[str, tuple[str, dict[str, Any]]] = {

@@ -10,9 +10,9 @@ from typer.testing import CliRunner
 
 from cosim import LoopError, load_scenario, simulate
 from cosim.cli.app import app
-from cosim.cli.statement import statement
-from cosim.drilling.metrics import Measures, measure
-from cosim.scenario.scenario_file import scenario_names
+from cosim.cli.terminal import statement
+from cosim.drilling.oscillation import Measures, measure
+from cosim.scenario.file import scenario_names
 
 
 def measures(name: str, **options) -> Measures:

@@ -31,7 +31,7 @@ from cosim.errors import SspError
 from cosim.fmi2.locate import locate_fmu
 from cosim.fmi2.model_description import read_description
 from cosim.recording.result import Result
-from cosim.scenario.scenario_file import scenario_names
+from cosim.scenario.file import scenario_names
 from cosim.scenario.ssp.program import as_components, as_signals
 from cosim.scenario.ssp.reading import open_ssp
 from cosim.scenario.ssp.writing import export_ssp
@@ -201,7 +201,7 @@ def test_the_end_of_a_ramp_comes_back_to_the_last_bit() -> None:
 @pytest.mark.parametrize("name", ["stick-slip", "wob-law"])
 def test_without_the_annotation_the_program_drives_the_plant_to_the_same_bits(name: str, tmp_path: Path) -> None:
     export_ssp(load_scenario(name), tmp_path / "out.ssp")
-    strip_annotation(tmp_path / "out.ssp", "drillstring-cosim.system.signals")
+    strip_annotation(tmp_path / "out.ssp", "drillstring-cosim.signals")
     expected = simulate(load_scenario(name), stop_time=SHORT)
     with open_ssp(tmp_path / "out.ssp") as read:
         found = simulate(read, stop_time=SHORT)
@@ -216,7 +216,7 @@ def test_without_the_annotation_a_step_is_passed_on_at_its_time_by_jacobi_and_on
 ) -> None:
     scenario = driven({"plant.WOB": Step(20000.0, 97347.0, 1.0)})
     export_ssp(scenario, tmp_path / "out.ssp")
-    strip_annotation(tmp_path / "out.ssp", "drillstring-cosim.system.signals")
+    strip_annotation(tmp_path / "out.ssp", "drillstring-cosim.signals")
     expected = simulate(scenario)
     with open_ssp(tmp_path / "out.ssp") as read:
         jacobi, seidel = (simulate(read, algorithm=algorithm) for algorithm in ("jacobi", "gauss-seidel"))

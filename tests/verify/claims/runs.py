@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from cosim import Result, Step, load_scenario, simulate
-from cosim.drilling.metrics import Measures, measure
+from cosim.drilling.oscillation import Measures, measure
 from models.plant.parameters import DrillstringParameters
 from models.theory.stability.equilibrium import running_equilibrium
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from cosim import Result, load_scenario, simulate
 from cosim.drilling.energy import energy_balance
-from cosim.drilling.metrics import measure
+from cosim.drilling.oscillation import measure
 from models.plant.parameters import DrillstringParameters
 from models.theory.cycle.cycle import limit_cycle
 from tests.oracle import Program

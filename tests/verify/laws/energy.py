@@ -10,7 +10,7 @@ import numpy as np
 
 from cosim import load_scenario, simulate
 from cosim.drilling.energy import EnergyBalance, energy_balance
-from cosim.scenario.scenario_file import scenario_names
+from cosim.scenario.file import scenario_names
 from models.plant.parameters import DrillstringParameters
 from models.theory.stability.normalised_form import NormalisedForm
 from tests.oracle import Program

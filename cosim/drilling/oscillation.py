@@ -1,0 +1,311 @@
+"""Measures of a torsional oscillation: peak, period, stuck fraction, mean speed and stick-slip index.
+
+They come from what the plant accumulates between communication points, so their digits do not depend on the step size:
+stops and releases are known to the instant, extremes are those within steps, and the mean speed is an angle over a
+time.
+
+Stops of the bit, and the period with which they repeat.
+
+Which part of a run to measure.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.recording.result import Result
+from cosim.system.signals import FloatArray
+
+# A mean speed below this, rad/s, is none.
+_NO_SPEED = 1e-9
+NEEDED = (
+    "bit_speed", "bit_angle", "bit_speed_min", "bit_speed_max", "stuck_time", "last_stop_time", "last_release_time",
+    "slip_count", "bit_stuck",
+)  # fmt: skip
+"""Outputs of a plant from which it is measured."""
+
+
+@dataclass(frozen=True)
+class Measures:
+    """What an oscillation amounts to over a window at the end of a run.
+
+    Attributes
+    ----------
+    component : str
+        Whose bit it is.
+    window : str
+        What the window is, in words.
+    start, end : float
+        Of the window, s.
+    period : float or None
+        s; None without a cycle that repeats.
+    stops_per_period : int or None
+        More than one if the cycle holds extra slips.
+    peak, minimum : float
+        Greatest and least bit speed, rad/s.
+    stuck_fraction : float
+        Part of the window in which the bit is held, 0 to 1.
+    mean_speed : float
+        Mean bit speed, rad/s.
+    ssi : float
+        Stick-slip index (peak - minimum) / (2 mean), infinite if the mean is below 1e-9 rad/s.
+    """
+
+    component: str
+    window: str
+    start: float
+    end: float
+    period: float | None
+    stops_per_period: int | None
+    peak: float
+    minimum: float
+    stuck_fraction: float
+    mean_speed: float
+    ssi: float
+
+
+def measure(result: Result, component: str = "plant") -> Measures | None:
+    """Measure the bit's oscillation at the end of a run.
+
+    The window is chosen by `cosim.drilling.oscillation.choose_window`.
+
+    Parameters
+    ----------
+    result : Result
+        A run.
+    component : str
+        Name of the plant.
+
+    Returns
+    -------
+    Measures or None
+        None if the component lacks the outputs this is taken from.
+    """
+    if any(f"{component}.{name}" not in result for name in NEEDED):
+        return None
+    bit = {name: np.asarray(result[f"{component}.{name}"], dtype=np.float64) for name in NEEDED}
+    events = (bit[name] for name in ("last_stop_time", "last_release_time", "slip_count", "bit_stuck"))
+    stops = find_stops(result.time, *events)
+    window = choose_window(result.time, stops)
+    steps = slice(window.first_step, window.last + 1)
+    peak = max(float(bit["bit_speed"][window.first]), float(bit["bit_speed_max"][steps].max()))
+    minimum = min(float(bit["bit_speed"][window.first]), float(bit["bit_speed_min"][steps].min()))
+    mean = _mean_speed(result.time, bit["bit_angle"], window)
+    stuck = _stuck_until(result.time, bit, window.last, window.end)
+    stuck -= _stuck_until(result.time, bit, window.first, window.start)
+    return Measures(
+        component=component,
+        window=window.text,
+        start=window.start,
+        end=window.end,
+        period=window.period,
+        stops_per_period=window.stops_per_period,
+        peak=peak,
+        minimum=minimum,
+        stuck_fraction=min(1.0, max(0.0, stuck / (window.end - window.start))),
+        mean_speed=mean,
+        ssi=(peak - minimum) / (2.0 * mean) if mean >= _NO_SPEED else math.inf,
+    )
+
+
+def _mean_speed(time: FloatArray, bit_angle: FloatArray, window: Window) -> float:
+    """Divide angle by time; while the bit is held its angle is what it was at the stop."""
+    angle = bit_angle[window.last] - bit_angle[window.first]
+    duration = window.end - window.start if window.held else time[window.last] - time[window.first]
+    return float(angle / duration)
+
+
+def _stuck_until(time: FloatArray, bit: dict[str, FloatArray], row: int, until: float) -> float:
+    """Return the stuck time up to an instant since which the bit has stopped no more before the row's time."""
+    release = bit["last_release_time"][row]
+    held_until = release if release > until else time[row]
+    return float(bit["stuck_time"][row] - (held_until - until))
+
+
+# Intervals that differ by less than this part of the period repeat.
+_REPEATS = 1e-4
+_MOST_STOPS_IN_A_PERIOD = 32
+
+
+@dataclass(frozen=True)
+class Stops:
+    """The stops of a trajectory.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n,)
+        Exact times at which the bit stopped, s, increasing.
+    rows : ndarray of int, shape (n,)
+        Row of the first communication point after each.
+    held : ndarray of bool, shape (n,)
+        Whether the bit was still held at that communication point.
+    lost : float or None
+        Time until which stops may be missing, s: of several within one communication step, only the last is known. The
+        stops are those after it.
+    """
+
+    times: FloatArray
+    rows: NDArray[np.intp]
+    held: NDArray[np.bool_]
+    lost: float | None
+
+
+def find_stops(
+    time: FloatArray,
+    last_stop_time: FloatArray,
+    last_release_time: FloatArray,
+    slip_count: FloatArray,
+    bit_stuck: FloatArray,
+) -> Stops:
+    """Find the stops from the plant's own record of them.
+
+    Parameters
+    ----------
+    time : ndarray, shape (rows,)
+        Communication points, s.
+    last_stop_time, last_release_time : ndarray, shape (rows,)
+        As put out by the plant, s; the start time until the first.
+    slip_count, bit_stuck : ndarray, shape (rows,)
+        Releases since the start, and 1 while the bit is held; together they tell how many stops a step held.
+    """
+    stops_in_step = np.diff(slip_count) + np.diff(bit_stuck)
+    lossy = np.flatnonzero(stops_in_step > 1) + 1
+    first_row = int(lossy[-1]) if lossy.size else 0
+    rows = np.flatnonzero(np.diff(last_stop_time) > 0) + 1
+    rows = rows[rows >= first_row]
+    times = last_stop_time[rows]
+    return Stops(times, rows, last_release_time[rows] <= times, float(time[first_row]) if lossy.size else None)
+
+
+def stops_per_period(times: FloatArray) -> int | None:
+    """Find after how many stops the intervals between stops repeat; a cycle may hold a short extra slip.
+
+    Returns
+    -------
+    int or None
+        The least m such that the last m intervals equal the m before them, to 1e-4 of the period; None if there is
+        none.
+    """
+    intervals = np.diff(times)
+    for m in range(1, min(_MOST_STOPS_IN_A_PERIOD, intervals.size // 2) + 1):
+        last, before = intervals[-m:], intervals[-2 * m : -m]
+        if np.abs(last - before).max() <= _REPEATS * last.sum():
+            return m
+    return None
+
+
+# So much of the end of a run is looked at, s.
+WINDOW = 20.0
+# Periods that differ by less than this part are measured together.
+_SETTLED = 1e-6
+# Without a stop for this many of the longest intervals between stops, the cycle is over.
+_PATIENCE = 1.5
+
+
+@dataclass(frozen=True)
+class Window:
+    """Times and rows between which to measure.
+
+    Attributes
+    ----------
+    start, end : float
+        s.
+    first, last : int
+        Rows of `start` and `end`, or of the first communication points after them.
+    first_step : int
+        Row at the end of the first step whose extremes count.
+    text : str
+        The window in words.
+    period : float, optional
+        s.
+    stops_per_period : int, optional
+        How many stops a period holds.
+    held : bool
+        Whether the bit's angles at `start` and `end` are those in the rows.
+    """
+
+    start: float
+    end: float
+    first: int
+    last: int
+    first_step: int
+    text: str
+    period: float | None = None
+    stops_per_period: int | None = None
+    held: bool = True
+
+
+def choose_window(time: FloatArray, stops: Stops) -> Window:
+    """Choose what to measure.
+
+    The window is the last whole number of periods, from stop to stop: as many settled ones as fit into 20 s, but at
+    least one. If stops do not repeat, it spans those in the last 20 s. Without two stops, or if the bit has since kept
+    turning or stood still for longer than it did between stops, it is the last 20 s of the run, or all of a shorter
+    one.
+
+    Parameters
+    ----------
+    time : ndarray, shape (rows,)
+        Communication points, s.
+    stops : Stops
+        What `cosim.drilling.oscillation.find_stops` found.
+    """
+    if stops.times.size < 2:
+        recent = stops.lost is not None and stops.lost > time[-1] - WINDOW
+        return _last_seconds(time, ", as a step is too long to show every stop in it" if recent else "")
+    per_period = 1 if stops.times.size == 2 else stops_per_period(stops.times)
+    if per_period is None:
+        first = int(np.searchsorted(stops.times, float(time[-1]) - WINDOW))
+        first = min(first, stops.times.size - 2)
+        window = _between_stops(stops, first, stops.times.size - 1, "stops that do not repeat")
+        intervals = np.diff(stops.times[first:])
+    else:
+        window = _whole_periods(stops, per_period)
+        intervals = np.diff(stops.times)[-per_period:]
+    if time[-1] - stops.times[-1] > _PATIENCE * intervals.max():
+        return _last_seconds(time, "")
+    return window
+
+
+def _whole_periods(stops: Stops, m: int) -> Window:
+    """Span settled periods of m stops, from a stop to a stop at whose communication points the bit is still held.
+
+    Only then is the bit's angle at the stops known. Long steps may leave no such pair; then the last stop will do.
+    """
+    times, held = stops.times, stops.held
+    recent = [stop for stop in range(m, times.size) if times[-1] - times[stop - m] <= WINDOW] or [times.size - 1]
+    last = next((stop for stop in reversed(recent) if held[stop] and held[stop - m]), times.size - 1)
+    period = times[last] - times[last - m]
+    first = earlier = last - m
+    while earlier >= m and times[last] - times[earlier - m] <= WINDOW:
+        if abs(times[earlier] - times[earlier - m] - period) > _SETTLED * period:
+            break
+        earlier -= m
+        first = earlier if held[earlier] or not held[last] else first
+    periods = (last - first) // m
+    stops_text = "1 stop" if m == 1 else f"{m} stops"
+    window = _between_stops(stops, first, last, f"{periods} {'period' if periods == 1 else 'periods'} of {stops_text}")
+    return replace(window, period=(window.end - window.start) / periods, stops_per_period=m)
+
+
+def _between_stops(stops: Stops, first: int, last: int, what: str) -> Window:
+    """Span the time from one stop to another."""
+    start, end = float(stops.times[first]), float(stops.times[last])
+    row = int(stops.rows[first])
+    held = bool(stops.held[first] and stops.held[last])
+    text = f"{what}, stop to stop, {start:.6g} s to {end:.6g} s"
+    text += "" if held else "; mean speed between the communication points after them"
+    return Window(start, end, row, int(stops.rows[last]), row, text, held=held)
+
+
+def _last_seconds(time: FloatArray, why: str) -> Window:
+    """Span the last 20 s between communication points, or the whole of a shorter run."""
+    first = max(0, int(np.searchsorted(time, float(time[-1]) - WINDOW * (1 + 1e-12))))
+    first = min(first, time.size - 2)
+    start, end = float(time[first]), float(time[-1])
+    what = "the whole run" if first == 0 else f"the last {end - start:.6g} s"
+    return Window(start, end, first, time.size - 1, first + 1, f"{what}, {start:.6g} s to {end:.6g} s{why}")

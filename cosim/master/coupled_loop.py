@@ -1,0 +1,262 @@
+"""Components that depend on each other, stepped again and again from the same state until their values agree.
+
+The components are stepped in order. Connections that lead forward pass on what has just been computed. Those that lead
+back are torn: what they bring is tried, and compared with what comes back. An input of an FMU that interpolates goes on
+a straight line from the value at the beginning of the step to that at its end; one of an FMU that does not is held at
+the value at the end.
+
+Saying that a loop has no solution: when, between which variables, how far off, and what to try.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+
+import numpy as np
+
+from cosim.errors import LoopError, SlaveError, format_time
+from cosim.master.loop.root_finding import Trial, UnsolvedError
+from cosim.master.loop.solver import LoopSolver
+from cosim.master.ports import Channel, Part, Span
+from cosim.system.dependency import Loop
+from cosim.system.signals import FloatArray
+from cosim.system.structure import split_name
+
+_DISCARD = "fmi2Discard"
+
+Explain = Callable[["CoupledLoop", UnsolvedError, int, float], LoopError]
+"""From what was not solved, the row of the last trial and the time [s] to the error that says so."""
+
+
+class CoupledLoop:
+    """A group of components that depend on each other.
+
+    Parameters
+    ----------
+    parts : tuple of Part
+        In stepping order.
+    tolerance : float
+        How well tried and returned values agree in the end, relative to the greater of value and nominal value.
+    explain : callable
+        Puts failures into words.
+
+    Attributes
+    ----------
+    parts : tuple of Part
+        As given.
+    torn : tuple of Channel
+        The connections whose values are the unknowns.
+    """
+
+    def __init__(self, parts: tuple[Part, ...], tolerance: float, explain: Explain) -> None:
+        self.parts = parts
+        place = {part.name: index for index, part in enumerate(parts)}
+        self.torn = tuple(
+            channel
+            for index, part in enumerate(parts)
+            for channel in part.channels
+            if channel.continuous and place.get(split_name(channel.source)[0], -1) >= index
+        )
+        self._explain = explain
+        self._names = tuple(channel.target.name for channel in self.torn)
+        self._scale = np.array([channel.nominal for channel in self.torn])
+        variables = [channel.target.variable for channel in self.torn]
+        low = np.array([-np.inf if variable.minimum is None else variable.minimum for variable in variables])
+        high = np.array([np.inf if variable.maximum is None else variable.maximum for variable in variables])
+        self._solver = LoopSolver(low / self._scale, high / self._scale, tolerance)
+        self._starter = LoopSolver(low / self._scale, high / self._scale, tolerance)
+        self._slopes = np.zeros(len(self.torn))
+
+    def start(self, time: float) -> int:
+        """Find values that agree in initialization mode, in row 0; return the number of trials.
+
+        Raises
+        ------
+        LoopError
+            If none are found.
+        """
+        begin = np.array([float(channel.target.variable.start or 0.0) for channel in self.torn])
+        return self._solve(self._starter, self._exchange, begin, 0, time)[1]
+
+    def close(self, begin: int, end: int, span: Span, slot: int, held: Collection[str]) -> int:
+        """Step all components from one row to another until their values agree.
+
+        Parameters
+        ----------
+        begin, end : int
+            Rows of the stage.
+        span : Span
+            The time of the step.
+        slot : int
+            Where the states at its beginning are kept.
+        held : collection of str
+            Names of inputs that jump at the beginning, and are held at what they are at the end.
+
+        Returns
+        -------
+        int
+            How often the components were stepped.
+
+        Raises
+        ------
+        LoopError
+            If no values agree.
+        SlaveError
+            If a component refuses the step whatever it is given.
+        """
+        first = self._outputs(begin)
+        stepped = False
+
+        def sweep(tried: FloatArray) -> None:
+            nonlocal stepped
+            if stepped:
+                self.restore(slot)
+            stepped = True
+            self._sweep(begin, end, span, held, tried)
+
+        last, sweeps = self._solve(self._solver, sweep, first + span.size * self._slopes, end, span.time)
+        self._settle(begin, end, span, last)
+        jumped = np.array([name in held for name in self._names])
+        self._slopes = np.where(jumped, 0.0, (last - first) / span.size)
+        return sweeps
+
+    @property
+    def learned(self) -> FloatArray:
+        """What steps have taught, shape (1 + 2 k, n): how the torn values move, and the differences of k trials."""
+        return np.concatenate([self._slopes[np.newaxis], self._solver.learned])
+
+    @learned.setter
+    def learned(self, rows: FloatArray) -> None:
+        self._slopes, self._solver.learned = rows[0], rows[1:]
+
+    def step_once(self, begin: int, end: int, span: Span) -> None:
+        """Step all components once, what is torn held at its value at the beginning, as Gauss-Seidel does."""
+        first = self._outputs(begin)
+        held = {channel.target.name for part in self.parts for channel in part.channels}
+        self._sweep(begin, end, span, held, first)
+        self._settle(begin, end, span, first)
+
+    def restore(self, slot: int) -> None:
+        """Return all components to a state."""
+        for part in self.parts:
+            part.slave.restore(slot)
+
+    def _solve(
+        self, solver: LoopSolver, step: Callable[[FloatArray], None], start: FloatArray, row: int, time: float
+    ) -> tuple[FloatArray, int]:
+        """Find the values that come back to a row as they were tried, and return them and the number of trials."""
+        refusals: list[SlaveError] = []
+
+        def residual(scaled: FloatArray) -> FloatArray:
+            try:
+                step(scaled * self._scale)
+            except SlaveError as error:
+                if error.status != _DISCARD:
+                    raise
+                refusals.append(error)
+                return np.full(scaled.size, np.nan)
+            return self._outputs(row) / self._scale - scaled
+
+        try:
+            scaled, trials = solver.solve(residual, start / self._scale)
+        except UnsolvedError as failure:
+            if refusals and not failure.best.answered:
+                raise refusals[0] from None
+            raise self._explain(self, failure, row, time) from None
+        return scaled * self._scale, trials
+
+    def _sweep(self, begin: int, end: int, span: Span, held: Collection[str], tried: FloatArray) -> None:
+        """Step all components once with tried values."""
+        values = dict(zip(self._names, tried.tolist(), strict=True))
+        for part in self.parts:
+            part.lead(begin, end, span, held, values)
+
+    def _settle(self, begin: int, end: int, span: Span, last: FloatArray) -> None:
+        """Note the values at the end of the step."""
+        values = dict(zip(self._names, last.tolist(), strict=True))
+        for part in self.parts:
+            part.settle(begin, end, span, values)
+
+    def _exchange(self, tried: FloatArray) -> None:
+        """Give all components tried values in initialization mode, and ask for theirs."""
+        values = dict(zip(self._names, tried.tolist(), strict=True))
+        for part in self.parts:
+            part.gather_initial(values)
+            part.slave.write(0)
+            part.slave.read(0)
+
+    def _outputs(self, row: int) -> FloatArray:
+        """Return what the sources of the torn connections put out."""
+        return np.array([channel.output(row) for channel in self.torn])
+
+
+_REMEDY = (
+    "Try other parameters, a component with a delay of its own in the loop, or another on_failure: halve for smaller "
+    "steps, explicit to go on with values from the beginning of the step"
+)
+# A jump less than this, relative to the nominal value, may be the accuracy of an FMU and not a property of its model.
+_ACCURACY = 1e-4
+
+
+def reporter(
+    loops: Collection[Loop], guards: Callable[[int], Collection[str]]
+) -> Callable[[CoupledLoop, UnsolvedError, int, float], LoopError]:
+    """Return what puts failures of loops into words.
+
+    Parameters
+    ----------
+    loops : collection of Loop
+        The algebraic loops of the system.
+    guards : callable
+        From a row of the stage to the names of the guards and limits that are active there.
+    """
+
+    def explain(loop: CoupledLoop, failure: UnsolvedError, row: int, time: float) -> LoopError:
+        worst = int(np.argmax(np.abs(failure.best.residual)))
+        channel = loop.torn[worst]
+        path = _path(loop, channel, loops)
+        residual = abs(float(failure.best.residual[worst])) * channel.nominal
+        names = [name for name in guards(row) if name.partition(".")[0] in {part.name for part in loop.parts}]
+        active = f"; {' and '.join(names)} {'is' if len(names) == 1 else 'are'} on there" if names else ""
+        sentence = (
+            f"t = {format_time(time)} s: {' -> '.join((*path, path[0]))} {_verdict(failure, channel, worst)}{active}. "
+            f"The least residual of {failure.trials} trials is {_quantity(residual, channel)}. {_REMEDY}"
+        )
+        return LoopError(sentence, time, path, residual, failure.trials)
+
+    return explain
+
+
+def _path(loop: CoupledLoop, channel: Channel, loops: Collection[Loop]) -> tuple[str, ...]:
+    """Name the loop: the algebraic one that holds the connection, or else the connections that were tried."""
+    for known in loops:
+        if channel.target.name in known.variables:
+            return known.path
+    others = [other for other in loop.torn if other is not channel]
+    return tuple(name for one in (channel, *others) for name in (one.source, one.target.name))
+
+
+def _verdict(failure: UnsolvedError, channel: Channel, index: int) -> str:
+    """Say why there is no solution, or that none was found."""
+    if failure.jump is None:
+        tried = _quantity(float(failure.best.values[index]) * channel.nominal, channel)
+        return f"does not close: no solution was found, the nearest was {channel.target.name} = {tried}"
+    low, high = failure.jump
+    place = _quantity(float(low.values[0]) * channel.nominal, channel)
+    below, above = (_quantity(_answer(trial, channel), channel) for trial in (low, high))
+    if max(low.miss, high.miss) < _ACCURACY:
+        return f"closes only as well as its components compute: round {channel.target.name} = {place}"
+    return (
+        f"has no solution: where {channel.target.name} passes {place}, {channel.source} jumps from {below} to {above}"
+    )
+
+
+def _answer(trial: Trial, channel: Channel) -> float:
+    """Return what came back, in the unit of the variable."""
+    return float(trial.values[0] + trial.residual[0]) * channel.nominal
+
+
+def _quantity(value: float, channel: Channel) -> str:
+    """Write a value with its unit."""
+    unit = channel.target.variable.unit
+    return f"{value:.6g} {unit.name}" if unit is not None and unit.name != "1" else f"{value:.6g}"

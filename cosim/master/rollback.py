@@ -1,0 +1,227 @@
+"""Runs that can go back: steps are repeated until loops close, or taken back to try smaller ones.
+
+Which components have to return to an earlier state, and refusing those that have to and cannot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cosim.errors import SystemDefinitionError
+from cosim.master.communication_points import Grid
+from cosim.master.coupled_loop import CoupledLoop, reporter
+from cosim.master.observation import find_guards
+from cosim.master.ports import Part, set_stage
+from cosim.master.run import MOST_STEPS, Settling, Snapshot, WindowRecord, block_arrays
+from cosim.master.slave import Slave
+from cosim.master.step_control import ErrorEstimate, StepControl
+from cosim.master.stepper import Explicit, Implicit
+from cosim.recording.record import Window
+from cosim.system.compatibility import StartValues
+from cosim.system.dependency import Group, feedthrough_loops, feedthrough_reach, stepping_groups, stepping_order
+from cosim.system.description import Description
+from cosim.system.method import EXPLICIT, Method
+from cosim.system.structure import Connection, System, split_name
+
+
+class RollbackRun:
+    """A run of the implicit algorithm, or of any with a tolerance.
+
+    Parameters
+    ----------
+    system : System
+        Checked by `cosim.system.compatibility.check_system`, which returned the start values.
+    slaves : mapping of str to Slave
+        By name of component.
+    start_values : mapping
+        By component.
+    grid : Grid
+        Communication points that are met in any case.
+    method : Method
+        Algorithm and settings.
+    """
+
+    def __init__(
+        self, system: System, slaves: Mapping[str, Slave], start_values: StartValues, grid: Grid, method: Method
+    ) -> None:
+        descriptions = {name: slave.description for name, slave in slaves.items()}
+        plan = plan_rollback(system, descriptions, method)
+        self._grid, self._method = grid, method
+        self._guards = find_guards(system, descriptions)
+        self._parts = set_stage(system, slaves, start_values, float(grid.points(0, 0).signal_times[0]))
+        self.blocks = {name: part.block for name, part in self._parts.items()}
+        repeated = [self._parts[name] for group in plan.groups for name in group.components]
+        self.order = (*(part.name for part in repeated), *plan.last)
+        self._stepper = (
+            self._implicit(system, descriptions, plan, method)
+            if method.implicit
+            else (Explicit(repeated, [self._parts[name] for name in plan.last], EXPLICIT[method.algorithm]))
+        )
+        self.notes = _notes(method)
+        recording = WindowRecord(self._parts, self.notes, MOST_STEPS)
+        error = None
+        if method.tolerance is not None:
+            error = ErrorEstimate(repeated, method.tolerance, leads=method.implicit)
+        saved = [self._parts[name] for name in plan.saved]
+        halves = method.on_failure == "halve"
+        self._control = StepControl(grid, self._stepper, self._parts, saved, recording, error, halves=halves)
+
+    def initialise(self) -> Settling:
+        """Initialise all components."""
+        return self._stepper.initialise(self._grid.start_time)
+
+    def windows(self) -> Iterator[Window]:
+        """Take all steps."""
+        return self._control.windows()
+
+    @property
+    def done(self) -> float:
+        """Which part of the run has been taken, from 0 to 1."""
+        return self._control.done
+
+    def snapshot(self) -> Snapshot:
+        """Return where the run is, the rows of the stage, and what the algorithm has learned."""
+        arrays = {**block_arrays(self.blocks), **self._stepper.learned()}
+        return Snapshot(self._control.snapshot(), {name: values.copy() for name, values in arrays.items()})
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from there."""
+        self._control.restore(snapshot.notes)
+        for name, values in block_arrays(self.blocks).items():
+            values[:] = snapshot.arrays[name]
+        self._stepper.learn(snapshot.arrays)
+
+    def record(self) -> dict[str, Any]:
+        """Return numbers of steps, of those taken back, and how loops and errors came out."""
+        tally, method = self._control.tally, self._method
+        record: dict[str, Any] = {"steps": tally.steps, "step_loop": "python", "rejected": tally.rejected}
+        record["step_loop_reason"] = "steps may be repeated"
+        if method.implicit:
+            record["iteration_tolerance"] = method.iteration_tolerance
+            record["on_failure"] = method.on_failure
+            record["iterations"] = {"mean": tally.sweeps / max(1, tally.steps), "most": tally.most_sweeps}
+            unsolved = {"steps": tally.unsolved, "first": tally.first_unsolved}
+            record["unsolved"] = {**unsolved, "largest_residual": tally.largest_residual}
+        if method.tolerance is not None:
+            record["tolerance"] = method.tolerance
+            record["error_estimate"] = {
+                "largest": tally.largest_error * method.tolerance,
+                "mean": tally.error_time * method.tolerance / (self._grid.end - self._grid.start_time),
+                "beyond_tolerance": tally.missed,
+            }
+        return record
+
+    def _implicit(
+        self, system: System, descriptions: Mapping[str, Description], plan: RollbackPlan, method: Method
+    ) -> Implicit:
+        """Make the stepper of the implicit algorithm."""
+        explain = reporter(feedthrough_loops(system, descriptions), self._active_guards)
+        units: list[Part | CoupledLoop] = []
+        for group in plan.groups:
+            parts = tuple(self._parts[name] for name in group.components)
+            units += [CoupledLoop(parts, method.iteration_tolerance, explain)] if group.coupled else parts
+        last = [self._parts[name] for name in plan.last]
+        reach = feedthrough_reach(system, descriptions)
+        return Implicit(units, last, reach, goes_on=method.on_failure == "explicit")
+
+    def _active_guards(self, row: int) -> tuple[str, ...]:
+        """Return the names of the guards that are active in a row."""
+        values = ((name, split_name(name)) for name in self._guards)
+        sections = ((name, self.blocks[component].outputs["Boolean"], short) for name, (component, short) in values)
+        return tuple(name for name, section, short in sections if section.values[row, section.column(short)])
+
+
+def _notes(method: Method) -> dict[str, np.dtype[Any]]:
+    """Return what to record of each step."""
+    notes: dict[str, np.dtype[Any]] = {"iterations": np.dtype(np.int32)} if method.implicit else {}
+    return notes if method.tolerance is None else {**notes, "error_estimate": np.dtype(np.float64)}
+
+
+@dataclass(frozen=True)
+class RollbackPlan:
+    """A plan for steps that may be repeated.
+
+    Attributes
+    ----------
+    groups : tuple of Group
+        Components in stepping order; those of a coupled group are repeated until their values agree.
+    last : tuple of str
+        Components stepped when a step is kept, as they cannot be taken back.
+    saved : tuple of str
+        Components whose states are kept at the beginning of a step.
+    """
+
+    groups: tuple[Group, ...]
+    last: tuple[str, ...]
+    saved: tuple[str, ...]
+
+
+def plan_rollback(system: System, descriptions: Mapping[str, Description], method: Method) -> RollbackPlan:
+    """Decide which components are repeated, and refuse those that have to be and cannot.
+
+    An FMU that cannot return to an earlier state can still take part outside of loops: with steps that are never taken
+    back as any other, and otherwise if nothing depends on it.
+
+    Raises
+    ------
+    SystemDefinitionError
+        Naming the components that lack a capability, and what they lack it for.
+    """
+    if method.implicit:
+        continuous = [connection for connection in system.connections if _moves(connection, descriptions)]
+        groups = stepping_groups(system, descriptions, continuous)
+    else:
+        groups = tuple(Group((name,), False) for name in stepping_order(system, descriptions, method.order))
+    for group in groups:
+        if group.coupled:
+            what = f"the {method.algorithm} algorithm repeats the steps of {_list(group.components)}"
+            _require_state(what, group.components, descriptions)
+    coupled = tuple(name for group in groups if group.coupled for name in group.components)
+    if not method.takes_back:
+        return RollbackPlan(groups, (), coupled)
+    why = "with a tolerance" if method.tolerance is not None else "to halve steps"
+    _require_variable_step(why, descriptions)
+    needed = {split_name(connection.source)[0] for connection in system.connections}
+    last = tuple(
+        name for name, description in descriptions.items() if not (description.can_save_state or name in needed)
+    )
+    saved = tuple(name for group in groups for name in group.components if name not in last)
+    _require_state(f"{why}, steps are taken back", saved, descriptions)
+    return RollbackPlan(tuple(group for group in groups if group.components[0] not in last), last, saved)
+
+
+def _moves(connection: Connection, descriptions: Mapping[str, Description]) -> bool:
+    """Whether a connection passes what changes continuously."""
+    ends = (split_name(end) for end in (connection.source, connection.target))
+    variables = [descriptions[component].by_name[name] for component, name in ends]
+    return all(variable.type == "Real" and variable.variability == "continuous" for variable in variables)
+
+
+def _require_state(what: str, names: Iterable[str], descriptions: Mapping[str, Description]) -> None:
+    """Refuse FMUs that cannot return to an earlier state."""
+    unable = [name for name in names if not descriptions[name].can_save_state]
+    if unable:
+        models = _list(f"{name} ({descriptions[name].model_name})" for name in unable)
+        raise SystemDefinitionError(
+            f"{what}, but {models} cannot return to an earlier state (canGetAndSetFMUstate is false)"
+        )
+
+
+def _require_variable_step(why: str, descriptions: Mapping[str, Description]) -> None:
+    """Refuse FMUs of fixed step."""
+    unable = [name for name, description in descriptions.items() if not description.can_vary_step]
+    if unable:
+        models = _list(f"{name} ({descriptions[name].model_name})" for name in unable)
+        raise SystemDefinitionError(
+            f"{why}, steps vary in size, but {models} cannot do that (canHandleVariableCommunicationStepSize is false)"
+        )
+
+
+def _list(names: Iterable[str]) -> str:
+    """Join names as in a sentence."""
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last

@@ -1,0 +1,278 @@
+"""What the master asks of an algorithm that takes steps on a stage.
+
+Explicit algorithms on the stage: every component is stepped once, with what is known by then, in a step of any size.
+
+Which outputs are known is the algorithm's lag. Runs whose communication points are known beforehand go another way, by
+`cosim.master.fixed_step` or the same in C.
+
+Implicit: every step is repeated until what each component was given is what the others put out at its end.
+
+Components are stepped in an order in which all that a component depends on comes before it. Those that depend on each
+other form a loop, which is closed by `loop.coupled`; the others are stepped once, with inputs that are final. Values
+that do not change continuously (Integer, Boolean, discrete Real) are not iterated: they hold over a step what they are
+at its beginning.
+
+Where a value jumps at the beginning of a step, the inputs that it feeds through to jump as well. A straight line from
+the value before would not; so these are held over the step at what they are at its end.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from cosim.errors import LoopError
+from cosim.master.coupled_loop import CoupledLoop
+from cosim.master.ports import Channel, Part, Span
+from cosim.master.run import Settling, exchange, initialise
+from cosim.system.method import Lag
+from cosim.system.structure import split_name
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A step that was taken.
+
+    Attributes
+    ----------
+    sweeps : int
+        How often components were stepped at most.
+    unsolved : LoopError, optional
+        A loop that was not closed, where the run is to go on all the same.
+    """
+
+    sweeps: int
+    unsolved: LoopError | None = None
+
+
+class Stepper(Protocol):
+    """Takes all components from one row of the stage to another."""
+
+    def initialise(self, time: float) -> Settling:
+        """Initialise all components at a time [s], and leave row 0 consistent."""
+        ...
+
+    def step(self, begin: int, end: int, span: Span, slot: int) -> Taken:
+        """Step every component but those that `finish` steps.
+
+        Parameters
+        ----------
+        begin, end : int
+            Rows of the stage.
+        span : Span
+            The time of the step.
+        slot : int
+            Where the states at its beginning are kept, if the algorithm needs them.
+
+        Raises
+        ------
+        LoopError
+            If a loop has no solution.
+        SlaveError
+            If a component refuses the step.
+        """
+        ...
+
+    def finish(self, begin: int, end: int, span: Span) -> None:
+        """Step the components that could not be taken back, once the step is kept; nothing depends on them."""
+        ...
+
+    def learned(self) -> dict[str, NDArray[Any]]:
+        """Return by name what was learned from steps for those that follow."""
+        ...
+
+    def learn(self, learned: Mapping[str, NDArray[Any]]) -> None:
+        """Know what another of its kind has learned; names of other things may be among them."""
+        ...
+
+
+class Explicit:
+    """The stepper of explicit algorithms.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        All components but the last ones, in stepping order.
+    last : sequence of Part
+        Components that are stepped when the step is kept.
+    lag : callable
+        Which algorithm.
+    """
+
+    def __init__(self, parts: Sequence[Part], last: Sequence[Part], lag: Lag) -> None:
+        self._parts, self._last = tuple(parts), tuple(last)
+        place = {part.name: index for index, part in enumerate((*parts, *last))}
+        self._late = {
+            channel.target.name: lag(place[split_name(channel.source)[0]], place[part.name]) > 0
+            for part in (*parts, *last)
+            for channel in part.channels
+        }
+
+    def initialise(self, time: float) -> Settling:
+        """Initialise all components."""
+        del time
+        return initialise((*self._parts, *self._last))
+
+    def step(self, begin: int, end: int, span: Span, slot: int) -> Taken:
+        """Step every component but the last ones."""
+        del slot
+        for part in self._parts:
+            self._step(part, begin, end, span)
+        return Taken(1)
+
+    def finish(self, begin: int, end: int, span: Span) -> None:
+        """Step the last components."""
+        for part in self._last:
+            self._step(part, begin, end, span)
+
+    def learned(self) -> dict[str, NDArray[Any]]:
+        """Nothing is learned from a step."""
+        return {}
+
+    def learn(self, learned: Mapping[str, NDArray[Any]]) -> None:
+        """Nothing is to be learned."""
+
+    def _step(self, part: Part, begin: int, end: int, span: Span) -> None:
+        """Step one component with its inputs held."""
+        for channel in part.channels:
+            channel.target.hold(end, channel.output(begin if self._late[channel.target.name] else end))
+        for drive in part.drives:
+            if not drive.constant:
+                drive.hold(end, span)
+        part.advance(end, span)
+        for drive in part.drives:
+            if not drive.constant and drive.target.slopes is not None:
+                drive.settle(end, span)
+
+
+log = logging.getLogger("cosim")
+
+# How often values are exchanged at the start until those that are not iterated have settled as well.
+_ROUNDS = 50
+# Output and prediction may differ by this part of the nominal value, and of the change in a step, without a jump.
+_ROUNDING = 1e-9
+_CURVATURE = 0.1
+
+
+class Implicit:
+    """The stepper of the implicit algorithm.
+
+    Parameters
+    ----------
+    units : sequence of Part or CoupledLoop
+        All components but the last ones, in stepping order, those that depend on each other together.
+    last : sequence of Part
+        Components that are stepped when the step is kept.
+    reach : mapping of str to frozenset of str
+        By the name of an input, the inputs it feeds through to.
+    goes_on : bool
+        Whether a loop without a solution is stepped once with values from the beginning of the step.
+    """
+
+    def __init__(
+        self,
+        units: Sequence[Part | CoupledLoop],
+        last: Sequence[Part],
+        reach: Mapping[str, frozenset[str]],
+        *,
+        goes_on: bool = False,
+    ) -> None:
+        self._units = tuple(units)
+        self._loops = [unit for unit in units if isinstance(unit, CoupledLoop)]
+        self._last = tuple(last)
+        self._reach = reach
+        self._goes_on = goes_on
+        inner = (unit.parts if isinstance(unit, CoupledLoop) else (unit,) for unit in units)
+        self._parts = (*(part for parts in inner for part in parts), *last)
+        self._jumping = [channel for part in self._parts for channel in part.channels if not channel.continuous]
+
+    def initialise(self, time: float) -> Settling:
+        """Initialise all components; loops are closed as in a step."""
+        return initialise(self._parts, lambda: self._exchange(time))
+
+    def _exchange(self, time: float) -> Settling:
+        """Exchange values in initialization mode until they agree, whether iterated or not."""
+        trials = 0
+        try:
+            for _ in range(_ROUNDS):
+                for unit in (*self._units, *self._last):
+                    trials += unit.start(time)
+                if all(channel.target.value(0) == channel.output(0) for channel in self._jumping):
+                    return Settling(True, trials)
+        except LoopError as error:
+            if not self._goes_on:
+                raise
+            log.warning("%s", error)
+        return exchange(self._parts)
+
+    def step(self, begin: int, end: int, span: Span, slot: int) -> Taken:
+        """Step every component but the last ones."""
+        held = self._jumps(begin, span)
+        sweeps, unsolved = 1, None
+        for unit in self._units:
+            if isinstance(unit, Part):
+                unit.lead(begin, end, span, held)
+                unit.settle(begin, end, span)
+                continue
+            try:
+                sweeps = max(sweeps, unit.close(begin, end, span, slot, held))
+            except LoopError as error:
+                if not self._goes_on:
+                    raise
+                unit.restore(slot)
+                unit.step_once(begin, end, span)
+                sweeps, unsolved = max(sweeps, error.trials + 1), error
+        return Taken(sweeps, unsolved)
+
+    def finish(self, begin: int, end: int, span: Span) -> None:
+        """Step the last components."""
+        held = self._jumps(begin, span)
+        for part in self._last:
+            part.lead(begin, end, span, held)
+            part.settle(begin, end, span)
+
+    def learned(self) -> dict[str, NDArray[Any]]:
+        """Return what the loops have learned."""
+        return {f"loop {number}": loop.learned for number, loop in enumerate(self._loops)}
+
+    def learn(self, learned: Mapping[str, NDArray[Any]]) -> None:
+        """Let the loops know what others have learned."""
+        for number, loop in enumerate(self._loops):
+            loop.learned = learned[f"loop {number}"]
+
+    def _jumps(self, begin: int, span: Span) -> frozenset[str]:
+        """Return the inputs that jump at the beginning of a step, because one that feeds through to them does."""
+        jumped = [
+            drive.target.name
+            for part in self._parts
+            for drive in part.drives
+            if not drive.constant
+            and _differ(drive.first(span), drive.target.value(begin), drive.target.variable.nominal)
+        ]
+        jumped += [
+            channel.target.name
+            for part in self._parts
+            for channel in part.channels
+            if _jumps(channel, begin, span.size)
+        ]
+        return frozenset(name for entry in jumped for name in self._reach.get(entry, ()))
+
+
+def _jumps(channel: Channel, begin: int, size: float) -> bool:
+    """Whether an output is not what its input was up to now, or not where its derivative led it."""
+    output, arrived = channel.output(begin), channel.target.value(begin)
+    if not channel.continuous:
+        return output != arrived
+    if channel.derivatives is None:
+        return False
+    change = channel.last(begin, begin, size) - output
+    return _differ(output, arrived, channel.nominal) and abs(output - arrived) > _CURVATURE * abs(change)
+
+
+def _differ(first: float, second: float, nominal: float) -> bool:
+    """Whether two values differ by more than rounding."""
+    return abs(first - second) > _ROUNDING * max(abs(first), nominal)

@@ -1,1 +1,0 @@
-"""Steps: the algorithms, the runs that take them, and where they are recorded."""

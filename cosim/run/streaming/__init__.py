@@ -1,1 +1,0 @@
-"""Runs of any length: trajectories that go to disk as they come, checkpoints, and going on from them."""

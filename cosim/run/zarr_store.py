@@ -1,0 +1,223 @@
+"""Trajectories streamed to Zarr (version 2), laid out as xarray reads them.
+
+Each column is an array over a time axis, ``time`` where every row is stored, ``time_10`` where every tenth is. Zarr
+replaces files whole, so that a store is never left with half of one. Columns may differ in length if the program ends
+while it writes; `cosim.open_trajectory` cuts them to the shortest.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.errors import OutputError, require
+from cosim.recording.rows import Column, Rows
+from cosim.run.store import Position, axis
+
+CHUNK = 65536
+"""Rows in a file."""
+_FORMAT = 2
+_GATHERED = ".zmetadata"
+
+
+@dataclass
+class _Axis:
+    """Columns that are stored equally far apart, and the rows that no full file holds yet.
+
+    Attributes
+    ----------
+    distance : int
+        In rows.
+    arrays : dict of str to zarr.Array
+        By name of column, and the axis itself.
+    pending : dict of str to ndarray, shape (CHUNK,)
+        The rows from `base` on.
+    base, filled : int
+        Rows in full files, and after them.
+    """
+
+    distance: int
+    arrays: dict[str, Any]
+    pending: dict[str, NDArray[Any]]
+    base: int
+    filled: int
+
+    def take(self, rows: Rows) -> None:
+        """Take what is to be stored."""
+        chosen = slice(-rows.first % self.distance, None, self.distance)
+        values = {name: rows.columns[name][chosen] for name in self.arrays if name != axis(self.distance)}
+        values[axis(self.distance)] = rows.times[chosen]
+        count, taken = values[axis(self.distance)].size, 0
+        while taken < count:
+            part = min(count - taken, CHUNK - self.filled)
+            for name, pending in self.pending.items():
+                pending[self.filled : self.filled + part] = values[name][taken : taken + part]
+            taken += part
+            self.filled += part
+            if self.filled == CHUNK:
+                self.write()
+                self.base, self.filled = self.base + CHUNK, 0
+
+    def write(self) -> None:
+        """Write the pending rows."""
+        for name, array in self.arrays.items():
+            array.resize((self.base + self.filled,))
+            array[self.base :] = self.pending[name][: self.filled]
+
+
+class ZarrStore:
+    """An open store; made by `create_zarr` or `reopen_zarr`."""
+
+    def __init__(self, path: Path, group: Any, axes: Sequence[_Axis]) -> None:
+        self._path = path
+        self._group = group
+        self._axes = tuple(axes)
+
+    def take(self, rows: Rows) -> None:
+        """Take the rows that follow those taken before."""
+        with _writing(self._path):
+            for each in self._axes:
+                each.take(rows)
+
+    def commit(self) -> Position:
+        """Write everything taken so far; return the number of rows on each axis."""
+        with _writing(self._path):
+            for each in self._axes:
+                each.write()
+        return {axis(each.distance): each.base + each.filled for each in self._axes}
+
+    def close(self, attributes: Mapping[str, Any]) -> None:
+        """Write everything, with attributes of the whole, and gather what describes the columns in one place."""
+        self.commit()
+        with _writing(self._path):
+            self._group.update_attributes(_simple(attributes))
+            _zarr().consolidate_metadata(self._group.store, zarr_format=_FORMAT)
+
+
+def create_zarr(path: Path, columns: Mapping[int, Sequence[Column]], attributes: Mapping[str, Any]) -> ZarrStore:
+    """Begin a store.
+
+    Parameters
+    ----------
+    path : Path
+        A folder that does not exist.
+    columns : mapping of int to sequence of Column
+        What to store, by distance in rows.
+    attributes : mapping
+        Of the whole; anything that JSON knows.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written.
+    """
+    with _writing(path):
+        group: Any = _zarr().open_group(path, mode="w-", zarr_format=_FORMAT, attributes=_simple(attributes))
+        for distance, chosen in columns.items():
+            time = Column(axis(distance), "s", np.dtype(np.float64), "communication points")
+            for column in (*chosen, time):
+                _create(group, column, axis(distance))
+    return reopen_zarr(path, columns, {axis(distance): 0 for distance in columns})
+
+
+def reopen_zarr(path: Path, columns: Mapping[int, Sequence[Column]], position: Position) -> ZarrStore:
+    """Go on with a store from where `ZarrStore.commit` had brought it; what was stored after that is dropped.
+
+    Raises
+    ------
+    OutputError
+        If the store is not there any more, lacks rows, or cannot be written.
+    """
+    with _writing(path):
+        (path / _GATHERED).unlink(missing_ok=True)  # it tells the lengths of before
+        group: Any = _zarr().open_group(path, mode="r+", zarr_format=_FORMAT, use_consolidated=False)
+        axes = [_reopen(path, group, distance, chosen, position) for distance, chosen in columns.items()]
+    return ZarrStore(path, group, axes)
+
+
+def require_zarr() -> None:
+    """Raise MissingPackageError unless all packages are there that a store needs."""
+    _zarr()
+    _numcodecs()
+
+
+def array_name(column: str) -> str:
+    """Return the name of a column's array: that of the column, but for slashes, which lead into groups in Zarr."""
+    return column.replace("/", "%2F")
+
+
+def _zarr() -> Any:
+    """Return the library, which takes a while to import, and whose types checkers do not all know."""
+    return require("zarr", extra="stream", purpose="writing Zarr")
+
+
+def _numcodecs() -> Any:
+    return require("numcodecs", extra="stream", purpose="writing Zarr")
+
+
+def _codec() -> Any:
+    """Return how numbers are compressed: fast, and well where they change little from row to row."""
+    numcodecs = _numcodecs()
+    return numcodecs.Blosc("lz4", shuffle=numcodecs.Blosc.SHUFFLE)
+
+
+def _create(group: Any, column: Column, along: str) -> None:
+    described = {"long_name": column.description} if column.description else {}
+    attributes: dict[str, Any] = {
+        "_ARRAY_DIMENSIONS": [along],
+        "units": column.unit or "1",
+        "variable": column.name,
+        **described,
+    }
+    group.create_array(
+        array_name(column.name),
+        shape=(0,),
+        chunks=(CHUNK,),
+        dtype=column.dtype,
+        compressors=_codec(),
+        fill_value=None,  # xarray would take another one for missing values
+        attributes=attributes,
+    )
+
+
+def _reopen(path: Path, group: Any, distance: int, columns: Sequence[Column], position: Position) -> _Axis:
+    """Cut the columns of an axis to its rows, and read back those that fill no file."""
+    along = axis(distance)
+    rows = position[along]
+    base = rows - rows % CHUNK
+    arrays: dict[str, Any] = {}
+    pending: dict[str, NDArray[Any]] = {}
+    for name in (*(column.name for column in columns), along):
+        array: Any = group.get(array_name(name))
+        if array is None or array.shape[0] < rows:
+            raise OutputError(f"{path}: {name} has been stored for less than {rows} rows; expected what was written")
+        array.resize((rows,))
+        arrays[name] = array
+        pending[name] = np.zeros(CHUNK, dtype=array.dtype)
+        pending[name][: rows - base] = array[base:]
+    return _Axis(distance, arrays, pending, base, rows - base)
+
+
+def _simple(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return attributes as netCDF knows them too: text and numbers; anything else as JSON."""
+    simple = (str, int, float)
+    return {
+        key: value if isinstance(value, simple) and not isinstance(value, bool) else json.dumps(value)
+        for key, value in attributes.items()
+    }
+
+
+@contextmanager
+def _writing(path: Path) -> Generator[None]:
+    try:
+        yield
+    except (OSError, _zarr().errors.BaseZarrError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise OutputError(f"{path} cannot be written: {reason or error}") from error

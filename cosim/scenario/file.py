@@ -1,0 +1,333 @@
+"""Scenarios as TOML files; every key that is not known is refused.
+
+Scenarios by name, or from a file of either kind.
+
+Input signals as they are written in a scenario file.
+
+A table of a TOML file that knows where it stands, so that every complaint names the key.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Collection, Generator, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+from cosim.errors import InputError, ScenarioError, suggestion
+from cosim.scenario.scenario import Scenario, Variant
+from cosim.scenario.ssp.reading import open_ssp
+from cosim.system.method import Method
+from cosim.system.signals import Constant, Signal, Step, Value, ramp, read_table, table_of_points
+from cosim.system.structure import Component, Connection, PowerBond, System
+
+SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
+
+_KEYS = (
+    "title", "description", "start_time", "stop_time", "step_size", "algorithm", "order", "tolerance", "on_failure",
+    "iteration_tolerance", "components", "connections", "inputs", "guards", "power_bonds", "variants", "figure",
+)  # fmt: skip
+
+
+def scenario_names() -> tuple[str, ...]:
+    """Return the names of the scenarios that come with the package."""
+    return tuple(sorted(path.stem for path in SCENARIOS.glob("*.toml")))
+
+
+def load_scenario(name_or_path: str | Path) -> Scenario:
+    """Load a scenario that comes with the package, or one from a TOML file.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A name such as ``"stick-slip"``, or the path of a file that ends in ``.toml``.
+
+    Raises
+    ------
+    ScenarioError
+        If it does not exist, is not TOML, or holds a key or value that is not understood.
+    SystemDefinitionError
+        If its components and connections contradict each other.
+    """
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        path = SCENARIOS / f"{name_or_path}.toml"
+        if str(name_or_path) not in scenario_names():
+            hint = suggestion(str(name_or_path), scenario_names())
+            hint = hint or "; a file name must end in .toml or .ssp"
+            raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}")
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ScenarioError(f"{path}: there is no such file") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ScenarioError(f"{path}: cannot be read: {error}") from error
+    try:
+        return _scenario(content, path)
+    except InputError as error:
+        raise type(error)(f"{path.name}: {error}") from error
+
+
+def _scenario(content: dict[str, Any], path: Path) -> Scenario:
+    """Build a scenario from the whole file."""
+    table = TomlTable(content, "", _KEYS)
+    folder = path.resolve().parent
+    parts = table.table("components")
+    system = System(
+        components=tuple(_component(name, value, parts.path(name), folder) for name, value in parts.items()),
+        connections=tuple(_connection(value) for value in table.array("connections")),
+        inputs={
+            name: read_signal(value, f"inputs.{name}", folder) for name, value in table.variables("inputs").items()
+        },
+        guards=table.texts("guards") if "guards" in table else None,
+        power_bonds=tuple(map(_power_bond, table.array("power_bonds"))) if "power_bonds" in table else None,
+    )
+    return Scenario(
+        name=path.stem,
+        system=system,
+        stop_time=table.number("stop_time"),
+        step_size=table.number("step_size"),
+        start_time=table.number("start_time", 0.0),
+        method=_method(table),
+        title=table.text("title", ""),
+        description=table.text("description", "").strip(),
+        variants=tuple(_variant(value, folder) for value in table.array("variants")),
+        signals=table.table("figure", ("signals",)).texts("signals"),
+        folder=folder,
+    )
+
+
+def _method(table: TomlTable) -> Method:
+    """Read how to step; what the file leaves out is as in `Method`."""
+    usual = Method()
+    return Method(
+        algorithm=table.text("algorithm", usual.algorithm),
+        order=table.texts("order"),
+        tolerance=table.number("tolerance") if "tolerance" in table else None,
+        on_failure=table.text("on_failure", usual.on_failure),
+        iteration_tolerance=table.number("iteration_tolerance", usual.iteration_tolerance),
+    )
+
+
+def _component(name: str, content: object, where: str, folder: Path) -> Component:
+    """Build a component from ``[components.<name>]``."""
+    table = TomlTable(content, where, ("fmu", "parameters", "isolate"))
+    given = table.table("parameters")
+    parameters = {key: _value(value, given.path(key), folder) for key, value in given.items()}
+    return Component(name, table.text("fmu"), parameters, table.boolean("isolate", default=False))
+
+
+def _connection(content: object) -> Connection:
+    """Build a connection from ``{ from = ..., to = ... }``."""
+    table = TomlTable(content, "connections", ("from", "to"))
+    return Connection(table.text("from"), table.text("to"))
+
+
+def _power_bond(content: object) -> PowerBond:
+    """Build a power bond from ``{ input = ..., output = ... }``."""
+    table = TomlTable(content, "power_bonds", ("input", "output"))
+    return PowerBond(table.text("input"), table.text("output"))
+
+
+def _variant(content: object, folder: Path) -> Variant:
+    """Build a variant from ``[[variants]]``."""
+    table = TomlTable(content, "variants", ("name", "set"))
+    values = table.variables("set")
+    return Variant(table.text("name"), {key: _value(value, values.path(key), folder) for key, value in values.items()})
+
+
+def _value(content: object, where: str, folder: Path) -> Value:
+    """Take a plain value, or the path of a file written ``{ file = "..." }``, relative to the scenario."""
+    if isinstance(content, bool | int | float | str):
+        return content
+    if not isinstance(content, dict):
+        raise ScenarioError(f"{where} is {content!r}; expected a number, true, false, a string or {{ file = ... }}")
+    path = folder / TomlTable(cast(object, content), where, ("file",)).text("file")
+    if not path.is_file():
+        raise ScenarioError(f"{where}: {path}: there is no such file")
+    return str(path)
+
+
+@contextmanager
+def opened_scenario(source: str, stop_time: float | None = None, step_size: float | None = None) -> Generator[Scenario]:
+    """Load a scenario for as long as it is needed.
+
+    Parameters
+    ----------
+    source : str
+        A name such as ``"stick-slip"``, or the path of a .toml or .ssp file.
+    stop_time, step_size : float, optional
+        In s; for .ssp files that do not give them.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it cannot be understood.
+    """
+    if Path(source).suffix != ".ssp":
+        yield load_scenario(source)
+        return
+    with open_ssp(source, stop_time=stop_time, step_size=step_size) as loaded:
+        yield loaded
+
+
+_SIGNAL_KEYS = {
+    "step": ("before", "after", "at"),
+    "ramp": ("initial", "final", "start", "duration"),
+    "table": ("points", "file", "column"),
+}
+
+
+def read_signal(content: object, where: str, folder: Path) -> Signal:
+    """Build a signal from a number, a Boolean, or a table with a kind.
+
+    Parameters
+    ----------
+    content : object
+        What the TOML reader returned, such as ``{"kind": "step", "before": 1, "after": 2, "at": 5}``.
+    where : str
+        Path of keys that leads to it.
+    folder : Path
+        Folder that the path of a CSV file starts from.
+
+    Raises
+    ------
+    ScenarioError
+        If it is not understood.
+    """
+    if isinstance(content, bool | int | float):
+        return Constant(content)
+    if not isinstance(content, dict):
+        raise ScenarioError(f"{where} is {content!r}; expected a number, true, false or a table with a kind")
+    kind = TomlTable(cast(object, content), where).text("kind")
+    if kind not in _SIGNAL_KEYS:
+        raise ScenarioError(f"{where}.kind is '{kind}'{suggestion(kind, _SIGNAL_KEYS)}")
+    table = TomlTable(cast(object, content), where, ("kind", *_SIGNAL_KEYS[kind]))
+    build: dict[str, Callable[[], Signal]] = {
+        "step": lambda: Step(table.number_or_boolean("before"), table.number_or_boolean("after"), table.number("at")),
+        "ramp": lambda: ramp(*(table.number(key) for key in _SIGNAL_KEYS["ramp"])),
+        "table": lambda: _points(table, folder),
+    }
+    try:
+        return build[kind]()
+    except ScenarioError as error:
+        message = str(error)
+        raise ScenarioError(message if where in message else f"{where}: {message}") from None
+
+
+def _points(table: TomlTable, folder: Path) -> Signal:
+    """Build a table from points in place or from a CSV file beside the scenario."""
+    if ("points" in table) == ("file" in table):
+        raise ScenarioError("expected either points or file")
+    if "file" in table:
+        return read_table(folder / table.text("file"), table.text("column", "") or None)
+    points: list[list[float]] = []
+    for point in table.array("points"):
+        if not isinstance(point, list) or not all(isinstance(x, int | float) for x in cast(list[object], point)):
+            raise ScenarioError(f"points hold {point!r}; expected pairs of numbers, time and value")
+        points.append(cast(list[float], point))
+    return table_of_points(points)
+
+
+class TomlTable:
+    """A table whose keys are taken one by one, each with the type it must have.
+
+    Parameters
+    ----------
+    content : object
+        What the TOML reader returned.
+    where : str
+        Path of keys that leads to it, empty for the whole file.
+    known : collection of str, optional
+        The keys it may have; by default any.
+
+    Raises
+    ------
+    ScenarioError
+        If it is no table or has another key.
+    """
+
+    def __init__(self, content: object, where: str, known: Collection[str] | None = None) -> None:
+        if not isinstance(content, dict):
+            raise ScenarioError(f"{where} is {content!r}; expected a table")
+        self.where = where
+        self._content = cast(dict[str, Any], content)
+        for key in self._content:
+            if known is not None and key not in known:
+                raise ScenarioError(f"unknown key '{self.path(key)}'{suggestion(key, known)}")
+
+    def path(self, key: str) -> str:
+        """Return the full path of a key."""
+        return f"{self.where}.{key}" if self.where else key
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._content
+
+    def items(self) -> Iterator[tuple[str, object]]:
+        """Go through keys and values, as they are."""
+        yield from self._content.items()
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """Take a string."""
+        value = self._get(key, default)
+        if not isinstance(value, str):
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a string")
+        return value
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """Take a number."""
+        value = self._get(key, default)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number")
+        return float(value)
+
+    def boolean(self, key: str, *, default: bool) -> bool:
+        """Take a Boolean."""
+        value = self._get(key, default)
+        if not isinstance(value, bool):
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected true or false")
+        return value
+
+    def number_or_boolean(self, key: str) -> float | int | bool:
+        """Take a number or a Boolean, as it is."""
+        value = self._get(key, None)
+        if not isinstance(value, int | float):
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number, true or false")
+        return value
+
+    def array(self, key: str) -> list[object]:
+        """Take an array; none is an empty one."""
+        value = self._content.get(key, [])
+        if not isinstance(value, list):
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected an array")
+        return cast(list[object], value)
+
+    def texts(self, key: str) -> tuple[str, ...]:
+        """Take an array of strings; none is an empty one."""
+        values = self.array(key)
+        for value in values:
+            if not isinstance(value, str):
+                raise ScenarioError(f"{self.path(key)} holds {value!r}; expected strings")
+        return tuple(map(str, values))
+
+    def table(self, key: str, known: Collection[str] | None = None) -> TomlTable:
+        """Take a table; none is an empty one."""
+        return TomlTable(self._content.get(key, {}), self.path(key), known)
+
+    def variables(self, key: str) -> TomlTable:
+        """Take a table by ``component.variable``; ``plant.WOB = 1`` means the same as ``"plant.WOB" = 1``."""
+        flat: dict[str, Any] = {}
+        for name, value in self.table(key).items():
+            if "." in name or not isinstance(value, dict):
+                flat[name] = value
+            else:
+                inner = cast(dict[str, object], value)
+                flat.update({f"{name}.{variable}": content for variable, content in inner.items()})
+        return TomlTable(flat, self.path(key))
+
+    def _get(self, key: str, default: object) -> object:
+        """Take a value of any type, which must be there if there is no default."""
+        if key not in self._content and default is None:
+            raise ScenarioError(f"'{self.path(key)}' is missing")
+        return self._content.get(key, default)

@@ -1,0 +1,233 @@
+"""Parameter sets (.ssv): values by name, with units.
+
+Parameter bindings: which values a description gives to which variables.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+from xml.etree.ElementTree import Element, SubElement
+
+from cosim.errors import SspError
+from cosim.scenario.ssp.document import (
+    PARAMETER_SET_TYPE,
+    SspArchive,
+    check_document,
+    plain_name,
+    read_document,
+    ssc,
+    ssd,
+    ssv,
+)
+from cosim.system.description import BASE_UNITS, Description, Unit, Variable
+from cosim.system.signals import Value
+
+
+@dataclass(frozen=True)
+class Given:
+    """A value as a parameter set gives it; `unit` is what the set says it is in, if it does."""
+
+    value: Value
+    unit: Unit | None = None
+
+    def for_variable(self, label: str, variable: Variable) -> Value:
+        """Return the value in the unit of a variable.
+
+        Raises
+        ------
+        SspError
+            If the units cannot be converted into each other.
+        """
+        source, target = self.unit, variable.unit
+        if source is None or isinstance(self.value, bool | str) or source == target:
+            return self.value
+        if target is None or source.powers is None or source.powers != target.powers:
+            wanted = target.name if target else "no unit"
+            raise SspError(f"{label} is given in {source.name}; expected {wanted} or what can be converted into it")
+        if (source.factor, source.offset) == (target.factor, target.offset):
+            return self.value
+        return (self.value * source.factor + source.offset - target.offset) / target.factor
+
+
+SET_NAME = "start values"
+"""Of the parameter sets of all components: Ecos is told which sets to use by one name."""
+
+
+def parameter_set(values: Mapping[str, Value], description: Description) -> Element:
+    """Make a parameter set of values for an FMU.
+
+    Parameters
+    ----------
+    values : mapping of str to value
+        By variable, as `cosim.system.compatibility.start_values` returns them: enumeration items by number.
+    description : Description
+        Of the FMU.
+    """
+    root = Element(ssv("ParameterSet"), version="1.0", name=SET_NAME)
+    parameters = SubElement(root, ssv("Parameters"))
+    for variable, value in values.items():
+        parameter = SubElement(parameters, ssv("Parameter"), name=variable)
+        kind = description.by_name[variable]
+        SubElement(parameter, ssv(kind.type), value=_text(kind, value))
+    return root
+
+
+def read_parameter_set(root: Element, where: str) -> dict[str, Given]:
+    """Return the values of a parameter set by name; enumeration items by name.
+
+    Parameters
+    ----------
+    root : Element
+        ssv:ParameterSet, checked against the schema.
+    where : str
+        File it is from, for messages.
+
+    Raises
+    ------
+    SspError
+        If a value is binary, a name is given twice, or a unit is not defined.
+    """
+    units = read_units(root.find(ssv("Units")))
+    values: dict[str, Given] = {}
+    for parameter in root.iterfind(f"{ssv('Parameters')}/{ssv('Parameter')}"):
+        name = str(parameter.get("name"))
+        if name in values:
+            raise SspError(f"{where}: {name} is given twice; expected once")
+        values[name] = _given(parameter[0], units, f"{where}: {name}")
+    return values
+
+
+def read_units(element: Element | None) -> dict[str, Unit]:
+    """Return the units that a document defines in its element Units, if it has one, by name."""
+    found = element.iterfind(ssc("Unit")) if element is not None else ()
+    return {str(unit.get("name")): _unit(unit) for unit in found}
+
+
+def _given(element: Element, units: Mapping[str, Unit], where: str) -> Given:
+    """Read one value."""
+    text = str(element.get("value"))
+    match plain_name(element.tag):
+        case "Real":
+            unit = element.get("unit")
+            if unit is not None and unit not in units:
+                raise SspError(f"{where} is in the unit {unit}, which the parameter set does not define")
+            return Given(float(text), units[unit] if unit is not None else None)
+        case "Integer":
+            return Given(int(text))
+        case "Boolean":
+            return Given(text.strip() in ("true", "1"))
+        case "Binary":
+            raise SspError(f"{where} is binary; expected a number, a Boolean, a string or an enumeration")
+        case _:
+            return Given(text)
+
+
+def _text(variable: Variable, value: Value) -> str:
+    """Write a value, numbers with as many digits as read back to the same bits."""
+    if variable.type == "Enumeration":
+        return next(name for name, number in variable.items.items() if number == value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _unit(element: Element) -> Unit:
+    """Read the definition of a unit."""
+    base = element[0]
+    powers = tuple(int(base.get(name, "0")) for name in BASE_UNITS)
+    return Unit(str(element.get("name")), powers, float(base.get("factor", "1")), float(base.get("offset", "0")))
+
+
+log = logging.getLogger("cosim")
+
+
+def read_bindings(archive: SspArchive, element: Element, where: str) -> dict[str, Given]:
+    """Read all parameter bindings of a component or system; later ones take priority (SSP 1.0, section 5.3.1).
+
+    Parameters
+    ----------
+    archive : SspArchive
+        Where external parameter sets lie.
+    element : Element
+        ssd:Component or ssd:System.
+    where : str
+        File it is from, for messages.
+
+    Returns
+    -------
+    dict of str to Given
+        By name, prefix included.
+
+    Raises
+    ------
+    SspError
+        If a parameter set is missing or damaged, or a binding is of a kind that is not supported.
+    """
+    label = f"{where}: a parameter binding of {element.get('name')}"
+    values: dict[str, Given] = {}
+    for binding in element.iterfind(f"{ssd('ParameterBindings')}/{ssd('ParameterBinding')}"):
+        if binding.get("type", PARAMETER_SET_TYPE) != PARAMETER_SET_TYPE:
+            raise SspError(f"{label} has the type {binding.get('type')}; expected {PARAMETER_SET_TYPE}")
+        if binding.get("sourceBase", "SSD") != "SSD":
+            raise SspError(f"{label} has the sourceBase {binding.get('sourceBase')}; only SSD is supported")
+        if binding.find(ssd("ParameterMapping")) is not None:
+            raise SspError(f"{label} has a ParameterMapping, which is not supported")
+        prefix = binding.get("prefix", "")
+        for name, given in _parameter_set(archive, binding, label).items():
+            values[prefix + name] = given
+    return values
+
+
+def component_values(
+    name: str, description: Description, bound: Mapping[str, Given], above: Mapping[str, Given], driven: Sequence[str]
+) -> dict[str, Value]:
+    """Return the start values of a component.
+
+    Names that no variable has are ignored, as the standard wants it, with a warning; so are start values of inputs that
+    a connection drives, since it brings their value at the start as well.
+
+    Parameters
+    ----------
+    name : str
+        Of the component.
+    description : Description
+        Of its FMU.
+    bound : mapping of str to Given
+        From its own bindings, by variable.
+    above : mapping of str to Given
+        From the system's bindings, by ``component.variable``; these take precedence.
+    driven : sequence of str
+        Inputs, ``component.variable``, that connections drive.
+    """
+    prefix = f"{name}."
+    inherited = {key.removeprefix(prefix): given for key, given in above.items() if key.startswith(prefix)}
+    values: dict[str, Value] = {}
+    for variable, given in {**bound, **inherited}.items():
+        label = prefix + variable
+        if variable not in description.by_name:
+            log.warning("%s: %s has no variable of that name; its value is ignored", label, description.model_name)
+        elif label in driven:
+            log.warning("%s: a connection drives this input; its start value is ignored", label)
+        else:
+            values[variable] = given.for_variable(label, description.by_name[variable])
+    return values
+
+
+def _parameter_set(archive: SspArchive, binding: Element, label: str) -> dict[str, Given]:
+    """Read the parameter set of a binding, wherever it is."""
+    source, inline = binding.get("source"), binding.find(ssd("ParameterValues"))
+    if source is not None and inline is not None:
+        raise SspError(f"{label} has both source and ParameterValues; expected one of them")
+    if source is not None:
+        name = archive.member(source, label.rpartition(": ")[2])
+        where = f"{archive.path.name}: {PurePosixPath(name)}"
+        return read_parameter_set(read_document(archive.read(name), where, ssv("ParameterSet")), where)
+    if inline is None:
+        raise SspError(f"{label} has neither source nor ParameterValues; expected one of them")
+    content = list(inline)
+    if len(content) != 1 or content[0].tag != ssv("ParameterSet"):
+        found = ", ".join(plain_name(element.tag) for element in content) or "nothing"
+        raise SspError(f"{label} holds {found}; expected one ParameterSet")
+    check_document(content[0], label)
+    return read_parameter_set(content[0], label)

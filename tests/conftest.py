@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -19,6 +21,7 @@ settings.register_profile("hunt", deadline=None, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
 ROOT = Path(__file__).parents[1]
+UNTRACKED = (".*", "__pycache__", "*.egg-info", "build", "built", "dist", "runs")
 COSTLY = ("cross_build", "hardening", "slow")
 
 
@@ -33,8 +36,13 @@ def wheel(run_folder: Path) -> Path:
     """The wheel of the project, with the FMUs for all platforms."""
 
     def build(folder: Path) -> None:
-        options = ["--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
-        subprocess.run([sys.executable, "-m", "pip", "wheel", *options, str(ROOT)], check=True)
+        # of a copy: other processes run what stands in the checkout, where a build puts its own FMUs and step loop
+        with TemporaryDirectory() as temporary:
+            copy = shutil.copytree(ROOT, Path(temporary) / "checkout", ignore=shutil.ignore_patterns(*UNTRACKED))
+            options = ["--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
+            subprocess.run(
+                [sys.executable, "-m", "pip", "wheel", *options, str(copy)], env=_compiled_before(), check=True
+            )
 
     return next(built_once(run_folder / "wheel", build).glob("*.whl"))
 
@@ -53,6 +61,13 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     lines |= {value for report in here if report.when == "call" for _, value in report.user_properties}
     for line in sorted(lines):
         terminalreporter.write_line(f"tests/native: {line}")
+
+
+def _compiled_before() -> dict[str, str]:
+    """Return an environment in which zig finds what it has compiled for the checkout."""
+    cache = ROOT / "build" / "zig"
+    folders = {"ZIG_LOCAL_CACHE_DIR": str(cache / "local"), "ZIG_GLOBAL_CACHE_DIR": str(cache / "global")}
+    return folders | os.environ
 
 
 def _is_native(report: object) -> bool:

@@ -1,4 +1,4 @@
-"""The order of the tests, the folder their workers share, and what is said at the end."""
+"""Order the tests, give their workers a folder to share, and report at the end what was skipped and measured."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ COSTLY = ("cross_build", "hardening", "slow")
 
 @pytest.fixture(scope="session")
 def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What all tests of this run share, whichever worker they are on: to be filled by `tests.once.built_once`."""
+    """Return the folder that all workers of this run share: to be filled by `tests.once.built_once`."""
     return shared_folder(tmp_path_factory)
 
 
 @pytest.fixture(scope="session")
 def wheel(run_folder: Path) -> Path:
-    """The wheel of the project, with the FMUs for all platforms."""
+    """Build the wheel of the project, with the FMUs for all platforms."""
 
     def build(folder: Path) -> None:
         # of a copy: other processes run what stands in the checkout, where a build puts its own FMUs and step loop

@@ -1,4 +1,4 @@
-"""What an isolated FMU may use; apart from the process, so that options can name the defaults at no cost."""
+"""Limit what an isolated FMU uses; apart from the process, so that options can name the defaults at no cost."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Limits:
-    """What an isolated FMU may use.
+    """Time and memory that an isolated FMU may use.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The library of the step loop: the one that came with the package, else C99 compiled when it is first needed."""
+"""Load the library of the step loop: the one that came with the package, else C99 compiled when it is first needed."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _cached(source: bytes) -> ctypes.CDLL:
 
 
 def _is_whole(path: Path) -> bool:
-    """Whether a library is there, and is what its SHA-256 beside it says."""
+    """Tell whether a library is there, and is what its SHA-256 beside it says."""
     try:
         expected = _checksum_file(path).read_text(encoding="utf-8").strip()
         return hashlib.sha256(path.read_bytes()).hexdigest() == expected

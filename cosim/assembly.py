@@ -6,22 +6,19 @@ import hashlib
 import platform
 import time
 from collections.abc import Collection, Generator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import fmpy  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 
 from cosim.choices import Choices
 from cosim.description import Description, Variable
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.fmu.locate import locate_fmu
-from cosim.fmu.model_description import read_description
-from cosim.fmu.slave import open_fmu
-from cosim.isolation.slave import open_isolated_fmu
+from cosim.isolation.limits import Limits
 from cosim.master import Master
 from cosim.method import Method
 from cosim.scenario import Scenario
@@ -67,6 +64,8 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
     RunError
         If a component cannot be instantiated.
     """
+    from cosim.fmu.model_description import read_description  # with fmpy, which importing this module does without
+
     variant = scenario.variant(choices.variant)
     method = chosen_method(scenario, choices)
     system = scenario.system_of(variant, choices.overrides)
@@ -78,10 +77,8 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
     with ExitStack() as stack:
         slaves: dict[str, Slave] = {}
         for name, path in paths.items():
-            if name in isolated:
-                slaves[name] = stack.enter_context(open_isolated_fmu(name, path, descriptions[name], choices.limits))
-            else:
-                slaves[name] = stack.enter_context(open_fmu(name, path, descriptions[name]))
+            limits = (choices.limits or Limits()) if name in isolated else None
+            slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
         loading = time.perf_counter() - began
         master = Master(
             system,
@@ -111,6 +108,8 @@ def chosen_method(scenario: Scenario, choices: Choices) -> Method:
 
 def versions() -> dict[str, str]:
     """Return the versions of what computes, and the platform."""
+    import fmpy  # pyright: ignore[reportMissingTypeStubs]
+
     return {
         "drillstring-cosim": metadata.version("drillstring-cosim"),
         "fmpy": fmpy.__version__,
@@ -118,6 +117,17 @@ def versions() -> dict[str, str]:
         "python": platform.python_version(),
         "platform": fmpy.platform_tuple,
     }
+
+
+def _opened(name: str, path: Path, description: Description, limits: Limits | None) -> AbstractContextManager[Slave]:
+    """Open an FMU: in a process of its own if it is given limits, else in this one."""
+    if limits is not None:
+        from cosim.isolation.slave import open_isolated_fmu
+
+        return open_isolated_fmu(name, path, description, limits)
+    from cosim.fmu.slave import open_fmu
+
+    return open_fmu(name, path, description)
 
 
 def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]:

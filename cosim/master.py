@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from cosim.compatibility import check_system
+from cosim.compatibility import StartValues, check_system
 from cosim.dependency import feedthrough_loops
 from cosim.errors import format_time
 from cosim.grid import Grid, communication_points
@@ -25,8 +25,6 @@ from cosim.result import Result
 from cosim.row_memory import RowMemory
 from cosim.rows import Rows
 from cosim.slave import Slave
-from cosim.stepping.forward_run import ForwardRun
-from cosim.stepping.rollback_run import RollbackRun
 from cosim.stepping.run import Progress, Run, Snapshot
 from cosim.system import System
 
@@ -115,7 +113,7 @@ class Master:
         grid = _grid(system, slaves, start_time, stop_time, step_size)
         repeats = method.implicit or method.tolerance is not None
         self._slaves = slaves
-        self._run: Run = (RollbackRun if repeats else ForwardRun)(system, slaves, start_values, grid, method)
+        self._run = _run(repeats)(system, slaves, start_values, grid, method)
         self._observation = Observation(system, descriptions, self._run.blocks, self._run.notes)
         self.columns = self._observation.columns
         self.steps = grid.steps
@@ -250,3 +248,15 @@ def _grid(system: System, slaves: Mapping[str, Slave], start_time: float, stop_t
             format_time(takes_effect),
         )
     return grid
+
+
+def _run(repeats: bool) -> Callable[[System, Mapping[str, Slave], StartValues, Grid, Method], Run]:
+    """Return the kind of run that repeats steps, or the one that only goes forward."""
+    # imported when there is a run, so that it costs little to import this module for its names
+    if repeats:
+        from cosim.stepping.rollback_run import RollbackRun
+
+        return RollbackRun
+    from cosim.stepping.forward_run import ForwardRun
+
+    return ForwardRun

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 from cosim.assembly import assembled
 from cosim.choices import Choices
-from cosim.isolation.process import Limits
+from cosim.isolation.limits import Limits
 from cosim.master import collect_rows
 from cosim.result import Result
 from cosim.scenario import Scenario

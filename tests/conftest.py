@@ -22,6 +22,9 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
 ROOT = Path(__file__).parents[1]
 UNTRACKED = (".*", "__pycache__", "*.egg-info", "build", "built", "dist", "runs")
+# zig gives up where it cannot write its cache, which is in the home by default: the tests use the caches of the build.
+for _cache in ("local", "global"):
+    os.environ.setdefault(f"ZIG_{_cache.upper()}_CACHE_DIR", str(ROOT / "build" / "zig" / _cache))
 COSTLY = ("cross_build", "hardening", "slow")
 
 

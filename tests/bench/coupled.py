@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from ctypes import c_size_t, c_uint, c_void_p
 from functools import partial
@@ -12,12 +13,12 @@ from cosim.algorithms import EXPLICIT
 from cosim.compatibility import check_system
 from cosim.fmu.locate import locate_fmu
 from cosim.fmu.model_description import read_description
-from cosim.fmu.slave import open_fmu
-from cosim.grid import communication_points
+from cosim.fmu.slave import FmuSlave, open_fmu
+from cosim.grid import Points, communication_points
 from cosim.stepping.initialisation import initialise
 from cosim.stepping.readable_loop import readable_steps
-from cosim.stepping.step_loop import compiled_steps
-from cosim.stepping.wiring import wire
+from cosim.stepping.step_loop import StepLoop, loop_library
+from cosim.stepping.wiring import Node, wire
 from cosim.system import split_name
 from tests.bench.native import importer, loops
 from tests.importers.test_libcosimpy import build
@@ -50,7 +51,7 @@ class Alone:
 
     def __enter__(self) -> Alone:
         self._stack = ExitStack()
-        fmus = {part.name: self._stack.enter_context(Drive(part.fmu, {})) for part in SYSTEM.components}
+        fmus = {part.name: self._stack.enter_context(Drive(str(part.fmu), {})) for part in SYSTEM.components}
         places = {name: place for place, name in enumerate(fmus)}
         self._bound = [importer(fmu) for fmu in fmus.values()]
         self._pointers = (c_void_p * len(fmus))(*(ctypes.addressof(bound) for bound in self._bound))
@@ -87,9 +88,7 @@ class Master:
         for node in nodes:
             node.slave.setup(node.block, start_values[node.name], 0.0, STEPS * STEP)
         initialise(nodes)
-        steps = compiled_steps(nodes) if self._compiled else readable_steps(nodes)
-        assert steps is not None
-        self._steps = steps
+        self._steps = self._loop(slaves, nodes)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -98,6 +97,13 @@ class Master:
     def run(self) -> None:
         """Take all steps."""
         self._steps(self._points)
+
+    def _loop(self, slaves: Mapping[str, FmuSlave], nodes: tuple[Node, ...]) -> Callable[[Points], None]:
+        if not self._compiled:
+            return readable_steps(nodes)
+        library, why = loop_library(slaves)
+        assert library is not None, why
+        return StepLoop(library, nodes)
 
 
 class Libcosim:

@@ -25,8 +25,8 @@ test: lint types unit
 setup: $(VENV)/installed
 
 # Installs a file of hashed requirements: by uv where it is there (UV=: not), else by the environment's own pip, or the
-# one that is asked for: PIP='pip==23.2.1', PIP='--upgrade pip'.
-UV  ?= $(shell command -v uv 2>/dev/null)
+# one that is asked for: PIP='pip==23.2.1', PIP='--upgrade pip'. Without a home to keep a cache in uv gives up, pip not.
+UV  ?= $(shell test -w "$$HOME" && command -v uv 2>/dev/null)
 PIP ?=
 define install
 	@echo "installing what $(1) pins, with $(or $(UV),pip)"

@@ -1,4 +1,4 @@
-"""Which folders go into which package; all else stands in pyproject.toml.
+"""Put folders into packages; all else stands in pyproject.toml.
 
 The folders `models` and `fmu_src` are installed as `cosim.models` and `cosim.fmu_src`: names at the top level of an
 environment are everybody's, and many a project has a package `models` of its own.

@@ -1,11 +1,13 @@
-"""The order of the tests, the folder their workers share, and what is said at the end."""
+"""Order the tests, give their workers a folder to share, and report at the end what was skipped and measured."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -19,22 +21,38 @@ settings.register_profile("hunt", deadline=None, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
 ROOT = Path(__file__).parents[1]
+MADE = ("build", "dist", "runs")
+"""Folders at the top of the checkout that what runs in it has made."""
+# zig gives up where it cannot write its cache, which is in the home by default: the tests use the caches of the build.
+for _cache in ("local", "global"):
+    os.environ.setdefault(f"ZIG_{_cache.upper()}_CACHE_DIR", str(ROOT / "build" / "zig" / _cache))
 COSTLY = ("cross_build", "hardening", "slow")
 
 
 @pytest.fixture(scope="session")
 def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What all tests of this run share, whichever worker they are on: to be filled by `tests.once.built_once`."""
+    """Return the folder that all workers of this run share: to be filled by `tests.once.built_once`."""
     return shared_folder(tmp_path_factory)
+
+
+def _untracked(folder: str, names: list[str]) -> set[str]:
+    """Return what of a folder is none of the sources."""
+    made = {*MADE} if Path(folder) == ROOT else {"built"}
+    return {name for name in names if name[0] == "." or name.endswith((".egg-info", "__pycache__")) or name in made}
 
 
 @pytest.fixture(scope="session")
 def wheel(run_folder: Path) -> Path:
-    """The wheel of the project, with the FMUs for all platforms."""
+    """Build the wheel of the project, with the FMUs for all platforms."""
 
     def build(folder: Path) -> None:
-        options = ["--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
-        subprocess.run([sys.executable, "-m", "pip", "wheel", *options, str(ROOT)], check=True)
+        # of a copy: other processes run what stands in the checkout, where a build puts its own FMUs and step loop
+        with TemporaryDirectory() as temporary:
+            copy = shutil.copytree(ROOT, Path(temporary) / "checkout", ignore=_untracked)
+            options = ["--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
+            subprocess.run(
+                [sys.executable, "-m", "pip", "wheel", *options, str(copy)], env=_compiled_before(), check=True
+            )
 
     return next(built_once(run_folder / "wheel", build).glob("*.whl"))
 
@@ -53,6 +71,13 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     lines |= {value for report in here if report.when == "call" for _, value in report.user_properties}
     for line in sorted(lines):
         terminalreporter.write_line(f"tests/native: {line}")
+
+
+def _compiled_before() -> dict[str, str]:
+    """Return an environment in which zig finds what it has compiled for the checkout."""
+    cache = ROOT / "build" / "zig"
+    folders = {"ZIG_LOCAL_CACHE_DIR": str(cache / "local"), "ZIG_GLOBAL_CACHE_DIR": str(cache / "global")}
+    return folders | os.environ
 
 
 def _is_native(report: object) -> bool:

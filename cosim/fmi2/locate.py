@@ -1,4 +1,4 @@
-"""Where FMUs are: a file beside the scenario, or a promised name among the built ones."""
+"""Find FMUs: a file beside the scenario, or a promised name among the built ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PACKAGINGS = ("native", "python")
 ENVIRONMENT_VARIABLE = "COSIM_FMU_PATH"
 _PACKAGE = Path(__file__).resolve().parents[1]
 _CHECKOUT = _PACKAGE.parent if (_PACKAGE.parent / "build_fmu.py").is_file() else None
-"""Where the sources are; None where the package is installed from a wheel."""
+"""Folder of the sources; None where the package is installed from a wheel."""
 
 
 def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> Path:

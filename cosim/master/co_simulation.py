@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -17,14 +17,12 @@ import numpy as np
 
 from cosim.errors import format_time
 from cosim.master.communication_points import Grid, communication_points
-from cosim.master.fixed_step import ForwardRun
 from cosim.master.observation import Observation
-from cosim.master.rollback import RollbackRun
 from cosim.master.run import Progress, Run, Snapshot
 from cosim.master.slave import Slave
 from cosim.recording.result import Result
 from cosim.recording.rows import RowMemory, Rows
-from cosim.system.compatibility import check_system
+from cosim.system.compatibility import StartValues, check_system
 from cosim.system.dependency import feedthrough_loops
 from cosim.system.method import Method
 from cosim.system.structure import System
@@ -114,7 +112,7 @@ class Master:
         grid = _grid(system, slaves, start_time, stop_time, step_size)
         repeats = method.implicit or method.tolerance is not None
         self._slaves = slaves
-        self._run: Run = (RollbackRun if repeats else ForwardRun)(system, slaves, start_values, grid, method)
+        self._run = _run(repeats)(system, slaves, start_values, grid, method)
         self._observation = Observation(system, descriptions, self._run.blocks, self._run.notes)
         self.columns = self._observation.columns
         self.steps = grid.steps
@@ -249,3 +247,15 @@ def _grid(system: System, slaves: Mapping[str, Slave], start_time: float, stop_t
             format_time(takes_effect),
         )
     return grid
+
+
+def _run(repeats: bool) -> Callable[[System, Mapping[str, Slave], StartValues, Grid, Method], Run]:
+    """Return the kind of run that repeats steps, or the one that only goes forward."""
+    # imported when there is a run, so that it costs little to import this module for its names
+    if repeats:
+        from cosim.master.rollback import RollbackRun
+
+        return RollbackRun
+    from cosim.master.fixed_step import ForwardRun
+
+    return ForwardRun

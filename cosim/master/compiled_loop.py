@@ -253,18 +253,29 @@ def _file_name(origin: str) -> str:
 def _cached(source: bytes) -> ctypes.CDLL:
     """Load the library from the user's cache, compiled and put there if need be, or only used if that cannot be."""
     recipe = f"zig {metadata.version('ziglang')} {fmpy.platform_tuple} {_FLAGS}".encode()
-    path = user_cache_path("drillstring-cosim") / _file_name(hashlib.sha256(recipe + source).hexdigest()[:32])
-    if _is_whole(path):
+    name = _file_name(hashlib.sha256(recipe + source).hexdigest()[:32])
+    cache_folder = _cache_folder()
+    path = cache_folder / name if cache_folder is not None else None
+    if path is not None and _is_whole(path):
         return ctypes.CDLL(str(path))
     with tempfile.TemporaryDirectory(prefix="step_loop-", ignore_cleanup_errors=True) as folder:
-        library = _compile(source, Path(folder) / path.name)
-        if _keep(library, path):
+        library = _compile(source, Path(folder) / name)
+        if path is not None and _keep(library, path):
             return ctypes.CDLL(str(path))
         return ctypes.CDLL(str(library))
 
 
+def _cache_folder() -> Path | None:
+    """Return the user's cache folder; or None for a user without a home, as in a container under a number."""
+    try:
+        folder = user_cache_path("drillstring-cosim")
+    except RuntimeError:  # platformdirs finds no home
+        return None
+    return folder if folder.is_absolute() else None  # by an older platformdirs, "~" below the working directory
+
+
 def _is_whole(path: Path) -> bool:
-    """Whether a library is there, and is what its SHA-256 beside it says."""
+    """Tell whether a library is there, and is what its SHA-256 beside it says."""
     try:
         expected = _checksum_file(path).read_text(encoding="utf-8").strip()
         return hashlib.sha256(path.read_bytes()).hexdigest() == expected
@@ -278,9 +289,21 @@ def _checksum_file(path: Path) -> Path:
 
 def _compile(source: bytes, path: Path) -> Path:
     path.with_name("step_loop.c").write_bytes(source)
-    command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "step_loop.c", "-o", path.name]
-    subprocess.run(command, cwd=path.parent, check=True, capture_output=True, text=True, errors="replace")
+    try:
+        _run_zig(path, {})
+    except subprocess.CalledProcessError:
+        # zig gives up where it cannot write its cache, which is in the user's home unless it is told another place.
+        caches = {"ZIG_GLOBAL_CACHE_DIR": "zig-global", "ZIG_LOCAL_CACHE_DIR": "zig-local"}
+        _run_zig(path, {variable: str(path.parent / folder) for variable, folder in caches.items()})
     return path
+
+
+def _run_zig(path: Path, caches: dict[str, str]) -> None:
+    command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "step_loop.c", "-o", path.name]
+    environment = os.environ | caches
+    subprocess.run(
+        command, cwd=path.parent, env=environment, check=True, capture_output=True, text=True, errors="replace"
+    )
 
 
 def _keep(library: Path, path: Path) -> bool:

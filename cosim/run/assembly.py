@@ -6,25 +6,21 @@ import hashlib
 import platform
 import time
 from collections.abc import Collection, Generator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import fmpy  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.fmi2.fmu_slave import open_fmu
-from cosim.fmi2.isolation.isolated_slave import open_isolated_fmu
+from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
-from cosim.fmi2.model_description import read_description
 from cosim.master.co_simulation import Master
 from cosim.master.slave import Slave
 from cosim.run.options import Choices
 from cosim.scenario.scenario import Scenario
-from cosim.system.description import Description, Variable
 from cosim.system.method import Method
 from cosim.system.signals import Signal, Value
 from cosim.system.structure import System
@@ -67,6 +63,8 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
     RunError
         If a component cannot be instantiated.
     """
+    from cosim.fmi2.model_description import read_description  # with fmpy, which importing this module does without
+
     variant = scenario.variant(choices.variant)
     method = chosen_method(scenario, choices)
     system = scenario.system_of(variant, choices.overrides)
@@ -78,10 +76,8 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
     with ExitStack() as stack:
         slaves: dict[str, Slave] = {}
         for name, path in paths.items():
-            if name in isolated:
-                slaves[name] = stack.enter_context(open_isolated_fmu(name, path, descriptions[name], choices.limits))
-            else:
-                slaves[name] = stack.enter_context(open_fmu(name, path, descriptions[name]))
+            limits = (choices.limits or Limits()) if name in isolated else None
+            slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
         loading = time.perf_counter() - began
         master = Master(
             system,
@@ -111,6 +107,8 @@ def chosen_method(scenario: Scenario, choices: Choices) -> Method:
 
 def versions() -> dict[str, str]:
     """Return the versions of what computes, and the platform."""
+    import fmpy  # pyright: ignore[reportMissingTypeStubs]
+
     return {
         "drillstring-cosim": metadata.version("drillstring-cosim"),
         "fmpy": fmpy.__version__,
@@ -118,6 +116,17 @@ def versions() -> dict[str, str]:
         "python": platform.python_version(),
         "platform": fmpy.platform_tuple,
     }
+
+
+def _opened(name: str, path: Path, description: Description, limits: Limits | None) -> AbstractContextManager[Slave]:
+    """Open an FMU: in a process of its own if it is given limits, else in this one."""
+    if limits is not None:
+        from cosim.fmi2.isolation.isolated_slave import open_isolated_fmu
+
+        return open_isolated_fmu(name, path, description, limits)
+    from cosim.fmi2.fmu_slave import open_fmu
+
+    return open_fmu(name, path, description)
 
 
 def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]:

@@ -79,7 +79,8 @@ def read_checkpoint(path: Path) -> Checkpoint:
         If it is not there, is none, is damaged, or is of another version.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        # opened here: NumPy leaves the file open where the archive turns out to be none
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         head = json.loads(arrays.pop(_HEAD).tobytes())
         found, names, notes = head["format"], head["arrays"], head["notes"]

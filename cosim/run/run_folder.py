@@ -250,7 +250,7 @@ def commit(package: Path = PACKAGE) -> str | None:
 
 
 def _is_checkout(folder: Path) -> bool:
-    """Whether a folder is the top of a repository of this project, and not of one that has it installed within."""
+    """Tell whether a folder is the top of a repository of this project, not of one that has it installed within."""
     try:
         project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]["name"]
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError):

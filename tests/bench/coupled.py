@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from ctypes import c_size_t, c_uint, c_void_p
 from functools import partial
 
 from cosim import Component, Connection, System
-from cosim.fmi2.fmu_slave import open_fmu
+from cosim.fmi2.fmu_slave import FmuSlave, open_fmu
 from cosim.fmi2.locate import locate_fmu
 from cosim.fmi2.model_description import read_description
-from cosim.master.communication_points import communication_points
-from cosim.master.compiled_loop import compiled_steps
+from cosim.master.communication_points import Points, communication_points
+from cosim.master.compiled_loop import StepLoop, loop_library
 from cosim.master.fixed_step import readable_steps
 from cosim.master.run import initialise
-from cosim.master.wiring import wire
+from cosim.master.wiring import Node, wire
 from cosim.system.compatibility import check_system
 from cosim.system.method import EXPLICIT
 from cosim.system.structure import split_name
@@ -50,7 +51,7 @@ class Alone:
 
     def __enter__(self) -> Alone:
         self._stack = ExitStack()
-        fmus = {part.name: self._stack.enter_context(Drive(part.fmu, {})) for part in SYSTEM.components}
+        fmus = {part.name: self._stack.enter_context(Drive(str(part.fmu), {})) for part in SYSTEM.components}
         places = {name: place for place, name in enumerate(fmus)}
         self._bound = [importer(fmu) for fmu in fmus.values()]
         self._pointers = (c_void_p * len(fmus))(*(ctypes.addressof(bound) for bound in self._bound))
@@ -87,9 +88,7 @@ class Master:
         for node in nodes:
             node.slave.setup(node.block, start_values[node.name], 0.0, STEPS * STEP)
         initialise(nodes)
-        steps = compiled_steps(nodes) if self._compiled else readable_steps(nodes)
-        assert steps is not None
-        self._steps = steps
+        self._steps = self._loop(slaves, nodes)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -98,6 +97,13 @@ class Master:
     def run(self) -> None:
         """Take all steps."""
         self._steps(self._points)
+
+    def _loop(self, slaves: Mapping[str, FmuSlave], nodes: tuple[Node, ...]) -> Callable[[Points], None]:
+        if not self._compiled:
+            return readable_steps(nodes)
+        library, why = loop_library(slaves)
+        assert library is not None, why
+        return StepLoop(library, nodes)
 
 
 class Libcosim:

@@ -41,6 +41,11 @@ def test_neither_the_package_nor_its_help_loads_numpy_or_fmpy(program: str) -> N
     assert loaded_by(program).isdisjoint({"fmpy", "lxml", "numpy"})
 
 
+def test_what_the_package_exports_loads_neither_fmpy_nor_an_algorithm() -> None:
+    program = "from cosim import *; import sys; assert 'cosim.master.fixed_step' not in sys.modules"
+    assert loaded_by(program).isdisjoint({"fmpy", "lxml", "platformdirs"})
+
+
 def test_what_is_exported_lazily_is_what_type_checkers_see() -> None:
     tree = ast.parse(Path(cosim.__file__).read_text(encoding="utf-8"))
     (guarded,) = (node for node in tree.body if isinstance(node, ast.If))

@@ -59,6 +59,14 @@ def built(run_folder: Path) -> Path:
     return built_once(run_folder / "built", build)
 
 
+@pytest.mark.parametrize("package", ["typer", "jinja2"])
+def test_a_package_that_is_not_there_is_told_in_one_sentence(package: str, tmp_path: Path) -> None:
+    (tmp_path / f"{package}.py").write_text(f"raise ModuleNotFoundError(name='{package}')", encoding="utf-8")
+    done = run(project.ROOT, environment={"PYTHONPATH": str(tmp_path)})
+    how = 'pip install -e ".[build]" brings all it needs'
+    assert (done.returncode, done.stderr) == (1, f"error: building FMUs needs the package {package}; {how}\n")
+
+
 @pytest.mark.parametrize("packaging", PACKAGINGS)
 @pytest.mark.parametrize("name", MODELS)
 def test_every_fmu_keeps_to_the_standard(packaging: str, name: str) -> None:

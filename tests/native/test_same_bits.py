@@ -68,13 +68,7 @@ def starter(request: pytest.FixtureRequest) -> Starter:
 def drive(start: list[str], model: str, folder: str, place: Path, *mode: object) -> str:
     target = target_named(folder)
     command = [*start, compile_loaded(model, target), *mode, os.path.relpath(library(model, target), place)]
-    try:
-        return run(command, place)
-    except AssertionError as error:
-        if not start or "uncaught target signal" not in str(error):
-            raise
-        # The emulator itself has been seen to fail once; the same calls are made again, and a defect of ours with them.
-        return run(command, place)
+    return run(command, place)
 
 
 def walks(start: list[str], model: str, folder: str, place: Path) -> list[str]:

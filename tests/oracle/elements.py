@@ -25,6 +25,8 @@ from tests.oracle.plant import OracleParameters, Program
 DEGREE = 6
 TOLERANCE = 1e-6
 """Of the integrator, absolute [rad/s] and relative; far below what elements make of a kink."""
+TIE = 1e-9
+"""A torque that exceeds the static one by this much of it is equal to it; far below what the integrator leaves."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,11 @@ class _String:
 
     def static(self, time: float) -> float:
         return _line(self.wob, time) * self.p.R_b * self.p.mu_sb
+
+    def excess(self, time: float, state: np.ndarray) -> float:
+        """Return by how much the torque on the bit exceeds what can hold it, ties included [N m]."""
+        static = self.static(time)
+        return abs(self.load(state)) - static - TIE * max(1.0, static)
 
     def friction(self, time: float, speed: float) -> float:
         """Eqs. (3) and (4), with the direction of the slip for sgn so that it goes on smoothly through zero."""
@@ -185,7 +192,7 @@ def solve_field(
     while now < end:
         until = next(time for time in breaks if time > now)
         string.omega, string.wob = ((now, *program.line(0.5 * (now + until), now)) for program in (omega, wob))
-        if string.direction == 0 and abs(string.load(state)) > string.static(now):
+        if string.direction == 0 and string.excess(now, state) >= 0:
             string.direction = int(np.sign(string.load(state)))
         wanted = times[(times > now) & (times < until)]
         run = solve_ivp(
@@ -194,29 +201,37 @@ def solve_field(
             state,
             "DOP853",
             [*wanted, until],
-            events=_event(string),
+            events=_event(string, now, from_rest=state[-2] == 0),
             rtol=TOLERANCE,
             atol=TOLERANCE,
         )
         if run.status < 0:
             raise ArithmeticError(f"the integrator failed at t = {now:.6g} s: {run.message}")
-        rows += [string.outputs(*pair) for pair in zip(run.t, run.y.T, strict=True) if pair[0] in times]
+        rows += [string.outputs(*pair) for pair in zip(run.t, np.transpose(run.y), strict=True) if pair[0] in times]
         if run.status == 0:
             now, state = until, run.y[:, -1]
             continue
-        now, state = float(run.t_events[0][0]), run.y_events[0][0]
+        before, now, state = now, float(run.t_events[0][0]), run.y_events[0][0]
+        if now == before:
+            raise ArithmeticError(f"the bit neither sticks nor slips at t = {now:.6g} s")
         events[string.direction != 0].append(now)
         state[-2], string.direction = 0.0, 0 if string.direction else int(np.sign(string.load(state)))
     return FieldSolution(*np.array(rows).T, np.array(events[True]), np.array(events[False]))
 
 
-def _event(string: _String) -> Callable[[float, np.ndarray], float]:
-    """Return what falls through zero where a slip ends or, at rest, where the static torque is reached."""
+def _event(string: _String, start: float, *, from_rest: bool) -> Callable[[float, np.ndarray], float]:
+    """Return what falls through zero where a slip ends or, at rest, where the static torque is exceeded.
+
+    The speed of a slip from rest is zero at its start too. The integrator would take that zero for the end of a slip
+    that is over within its first step, so it is divided out: what is left starts with the acceleration, above zero.
+    """
 
     def margin(time: float, state: np.ndarray) -> float:
-        if string.direction:
+        if not string.direction:
+            return -string.excess(time, state)
+        if not from_rest:
             return string.direction * state[-2]
-        return string.static(time) - abs(string.load(state))
+        return string.direction * (state[-2] / (time - start) if time > start else string(time, state)[-2])
 
     margin.terminal, margin.direction = True, -1.0
     return margin

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from tests.oracle import OracleParameters, OracleSolution, Program, solve
 from tests.oracle.collocation import gauss_basis
+from tests.oracle.elements import FieldSolution, solve_field
 
 PAPER = OracleParameters()
 NOMINAL_WEIGHT = 97347.0
@@ -207,14 +208,23 @@ def test_ramp_releases_the_bit_when_its_torque_reaches_the_static_one():
     )
 
 
-def grazing(excess: float, slope: float = 15.0) -> OracleSolution:
+def grazing_inputs(excess: float, slope: float) -> tuple[OracleParameters, Program, Program]:
     """Lift weight off a bit at rest so that the string's torque, which is falling, is over the static one by that."""
     lifted, speed = 3.0, 20.0
     first = speed + slope * (lifted - MATCHED.travel_time)
     limit = MATCHED.R_b * MATCHED.mu_sb / MATCHED.impedance
     weight = Program.held([0, lifted], [2 * first / limit, (speed - excess / MATCHED.impedance) / limit])
-    parameters = replace(MATCHED, initial_torque=MATCHED.impedance * first)
-    return solve(parameters, Program([0], [first], [-slope]), weight, lifted + min(0.5, speed / slope))
+    return replace(MATCHED, initial_torque=MATCHED.impedance * first), Program([0], [first], [-slope]), weight
+
+
+def grazing(excess: float, slope: float = 15.0) -> OracleSolution:
+    """Solve that by the march."""
+    return solve(*grazing_inputs(excess, slope), 3.0 + min(0.5, 20.0 / slope))
+
+
+def grazing_field(excess: float) -> FieldSolution:
+    """Solve that by elements."""
+    return solve_field(*grazing_inputs(excess, 15.0), np.array([2.9, 3.2]), elements=10)
 
 
 @pytest.mark.parametrize("slope", [15.0, 1e4])
@@ -241,6 +251,22 @@ def test_slip_much_shorter_than_a_piece_is_as_long_as_by_hand(excess):
     assert lasting < 0.015 / 4
     assert solution.releases == pytest.approx([3.0], abs=1e-13)
     assert solution.stops - solution.releases == pytest.approx([lasting], rel=lasting * 10, abs=1e-12)
+
+
+@pytest.mark.parametrize("excess", [0.0, *(sign * 10.0**power for sign in (-1, 1) for power in range(-15, -5))])
+def test_bit_of_the_elements_rests_on_where_a_falling_torque_touches_the_static_one(excess):
+    solution = grazing_field(excess)
+    assert not solution.bit_speed.any()
+    assert solution.releases.size == solution.stops.size == 0
+
+
+@pytest.mark.parametrize("excess", [1e-2, 0.1, 8.0])
+def test_slip_within_one_step_of_the_elements_ends_where_the_march_ends_it(excess):
+    lasting = grazing(excess).stops - 3.0
+    assert lasting.size == 1
+    solution = grazing_field(excess)
+    assert solution.stops - 3.0 == pytest.approx(lasting, rel=1e-6 + 1e-6 / excess)  # a torque good to 1e-6 N m
+    assert solution.bit_speed[-1] == 0.0
 
 
 @pytest.mark.parametrize("rounding", [-1e-15, 0.0, 1e-15])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Limits:
-    """What an isolated FMU may use.
+    """Time and memory that an isolated FMU may use.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 /* The explicit steps of a run with known communication points, at the speed of C.
  *
- * What `cosim.stepping.readable_loop` does for one row, this does for many, in the same order: for each component its inputs
+ * What `readable_steps` does for one row, this does for many, in the same order: for each component its inputs
  * are gathered from what others have put out, set, the component steps, and its outputs are got straight into the
  * recording. Everything is laid out by Python beforehand (cosim/master/compiled_loop.py); nothing is allocated here. */
 #include <stddef.h>

@@ -42,12 +42,34 @@ def test_a_damaged_library_in_the_cache_is_made_anew(home: Path, damage: bytes |
     assert path.read_bytes() == whole
 
 
+@pytest.mark.slow  # the compiler makes its C library anew
 def test_a_home_that_cannot_be_written_costs_the_cache_and_not_the_loop(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Neither the library nor what the compiler keeps for itself can be put there."""
     (tmp_path / "file").touch()
     monkeypatch.setattr(module, "user_cache_path", lambda name: tmp_path / "file" / name)
-    assert step_library()[0] is not None
+    for variable in ("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.setenv(variable, str(tmp_path / "file"))
+    for variable in ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"):
+        monkeypatch.delenv(variable, raising=False)
+    library, why = step_library()
+    assert library is not None, why
+
+
+def test_a_user_without_a_home_gets_the_loop_and_no_folder_named_after_the_missing_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(name: str) -> Path:
+        raise RuntimeError(name)
+
+    monkeypatch.chdir(tmp_path)
+    for find in (none, lambda name: Path("~/.cache") / name):
+        monkeypatch.setattr(module, "user_cache_path", find)
+        step_library.cache_clear()
+        library, why = step_library()
+        assert library is not None, why
+        assert not list(tmp_path.iterdir())
 
 
 def test_the_library_that_came_with_the_package_is_used(

@@ -21,6 +21,7 @@ from cosim.master.co_simulation import Master
 from cosim.master.slave import Slave
 from cosim.run.options import Choices
 from cosim.scenario.scenario import Scenario
+from cosim.system.description import Description, Variable
 from cosim.system.method import Method
 from cosim.system.signals import Signal, Value
 from cosim.system.structure import System

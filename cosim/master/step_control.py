@@ -21,7 +21,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cosim.errors import LoopError, SlaveError
-from cosim.master.communication_points import Grid, Points
+from cosim.master.communication_points import Grid, Points, within
 from cosim.master.ports import BEGIN, END, MIDDLE, WHOLE, Channel, Part, Span, roll
 from cosim.master.run import WindowRecord, window_size
 from cosim.master.stepper import Stepper, Taken
@@ -254,11 +254,13 @@ def _span(points: Points, index: int, place: int, length: int) -> Span:
     time, size = float(points.times[index]), float(points.sizes[index])
     begin, end = (time + size * (number / _FINEST) for number in (place, place + length))
     first, last = begin, end
+    part = size * (length / _FINEST)
     if place == 0:
         first = float(points.signal_times[index])
     if place + length == _FINEST:
         end, last = float(points.times[index + 1]), float(points.signal_times[index + 1])
-    return Span(begin, size * (length / _FINEST), end, first, last)
+        part = within(begin, part, max(end, time + size))
+    return Span(begin, part, end, first, last)
 
 
 @dataclass(frozen=True)

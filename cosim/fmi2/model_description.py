@@ -73,9 +73,7 @@ def _read(path: Path, content: bytes, validate: bool) -> tuple[fmpy_md.ModelDesc
     with tempfile.TemporaryDirectory(prefix="cosim-") as folder:
         Path(folder, _FILE).write_bytes(content)
         try:
-            flaws = _flaws(folder) if validate else ()
-            if any(flaw.startswith("ERROR") for flaw in flaws):  # what lxml says of a schema
-                raise FmuFileError(f"{path}: {_FILE} is not valid: {'; '.join(flaws)}")
+            flaws = _flaws(path, folder) if validate else ()
             read = fmpy_md.read_model_description(folder, validate=False)  # pyright: ignore[reportUnknownMemberType]
         except FmuFileError:
             raise
@@ -84,15 +82,18 @@ def _read(path: Path, content: bytes, validate: bool) -> tuple[fmpy_md.ModelDesc
     return read, flaws
 
 
-def _flaws(folder: str) -> tuple[str, ...]:
-    """Return what a model description breaks of the schema, or else of fmpy's rules."""
+def _flaws(path: Path, folder: str) -> tuple[str, ...]:
+    """Return which of fmpy's rules a model description breaks; FmuFileError if it breaks the schema."""
+    flaws: tuple[str, ...] = ()
     try:
         fmpy_md.read_model_description(folder)  # pyright: ignore[reportUnknownMemberType]
     except fmpy_md.ValidationError as error:
-        return tuple(" ".join(str(flaw).split()).rstrip(".") for flaw in cast(list[object], error.problems))
+        flaws = tuple(" ".join(str(flaw).split()).rstrip(".") for flaw in cast(list[object], error.problems))
     except KeyError as error:  # of fmpy 0.3.32, where a variable has a display unit and its unit is not defined
-        return (f"unit {error} is not defined",)
-    return ()
+        flaws = (f"unit {error} is not defined",)
+    if any(flaw.startswith("ERROR") for flaw in flaws):  # what lxml says of a schema
+        raise FmuFileError(f"{path}: {_FILE} is not valid: {'; '.join(flaws)}")
+    return flaws
 
 
 def _checked_content(path: Path) -> tuple[bytes, str | None]:

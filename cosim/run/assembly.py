@@ -77,7 +77,7 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
     paths = {part.name: locate_fmu(part.fmu, choices.packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
     _tell_flaws(paths, descriptions)
-    isolated = _isolated(system, choices.isolate)
+    isolated = _apart(paths, _isolated(system, choices.isolate))
     _refuse_twins(paths, {name: known for name, known in descriptions.items() if name not in isolated})
     began = time.perf_counter()
     with ExitStack() as stack:
@@ -146,6 +146,30 @@ def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]
         if name not in names:
             raise SystemDefinitionError(f"there is no component '{name}' to isolate{suggestion(name, names)}")
     return frozenset(wanted) | {part.name for part in system.components if part.isolate}
+
+
+def _apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str]:
+    """Isolate as well what would run Python modules of another FMU, or of this program, in the place of its own."""
+    from cosim.fmi2.python_modules import brought_modules, differing_module, hold
+
+    brought = {path: brought_modules(path) for path in {*paths.values()}}
+    apart: set[str] = set()
+    for name, path in paths.items():
+        if name in isolated:
+            continue
+        module = differing_module(brought[path])
+        if module is None:
+            hold(brought[path])
+            continue
+        apart.add(name)
+        log.warning(
+            "%s: %s brings a Python module '%s' that differs from the one of that name in this process; it is run in a "
+            "process of its own",
+            name,
+            path.name,
+            module,
+        )
+    return isolated | apart
 
 
 def _tell_flaws(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:

@@ -1,4 +1,4 @@
-"""An FMU checked from the archive to its reference results."""
+"""Check an FMU from the archive to its reference results."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""The .fmu file itself: a sound archive, the libraries, declared sources, documentation (FMI 2.0.4, section 2.3).
+"""Check the .fmu file itself, without running it.
 
-modelDescription.xml: its schema, the rules a schema cannot hold, start values within bounds, and units.
+Of the archive: that it is sound, its libraries, declared sources, documentation (FMI 2.0.4, section 2.3). Of
+modelDescription.xml: its encoding, its schema, the rules a schema cannot hold, start values within bounds, and units.
 """
 
 from __future__ import annotations

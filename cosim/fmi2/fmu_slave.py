@@ -1,10 +1,8 @@
-"""An FMI 2.0 co-simulation FMU as a slave.
+"""Run an FMI 2.0 co-simulation FMU as a slave.
 
 Before and after stepping, calls go through fmpy. The three that every step needs do not: they are the bare functions of
 the library, on addresses within the recording, because fmpy's wrappers build new arrays for each call, which costs more
-than many an FMU takes for a step.
-
-States of an FMU instance that a master may return to, kept by number.
+than many an FMU takes for a step. States that a master may return to are kept by number.
 """
 
 from __future__ import annotations
@@ -250,7 +248,7 @@ class FmuSlave:
             raise self.failure(function, status)
 
     def _asks_to_end(self) -> bool:
-        """Whether a discarded step means that the FMU wants no more of them."""
+        """Tell whether a discarded step means that the FMU wants no more of them."""
         try:
             return bool(self._fmu.getBooleanStatus(_TERMINATED))
         except FMICallException:
@@ -303,7 +301,7 @@ class Bind(Protocol):
 
 
 class KeptStates:
-    """What fmi2GetFMUstate returned.
+    """Keep the states that fmi2GetFMUstate returns.
 
     Parameters
     ----------

@@ -1,8 +1,7 @@
-"""An FMU called through the bare functions of FMI 2.0, so that every status can be seen and every rule tried.
+"""Call an FMU through the bare functions of FMI 2.0, so that every status can be seen and every rule tried.
 
-`cosim.fmi2.fmu_slave` is for runs that should succeed; this is for finding out what an FMU does.
-
-Many variables got or set at once, on memory laid out beforehand.
+`cosim.fmi2.fmu_slave` is for runs that should succeed; this is for finding out what an FMU does. Many variables are got
+or set at once, on memory laid out beforehand.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ class CallError(Exception):
 
 
 class Message(NamedTuple):
-    """What an FMU told its logger."""
+    """Hold a message that an FMU gave its logger."""
 
     status: int
     category: str
@@ -104,12 +103,12 @@ class Instance:
 
     @property
     def messages(self) -> list[Message]:
-        """What the FMU has logged."""
+        """Return the messages that the FMU has logged."""
         return self._listener.messages
 
     @property
     def reason(self) -> str:
-        """What the FMU has said of its failures, in one line."""
+        """Return the FMU's messages about its failures, in one line."""
         return self._listener.failure()
 
     def call(self, function: str, *arguments: Any) -> int:

@@ -1,4 +1,4 @@
-"""The run of one reference experiment, and its comparison."""
+"""Run one reference experiment, and compare the results."""
 
 from __future__ import annotations
 

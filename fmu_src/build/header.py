@@ -21,7 +21,7 @@ def table_header(model: Model, guid: str) -> str:
     names = [f"DS_{variable.name}" for variable in model.variables]
     references = ",\n    ".join([f"{names[0]} = 0", *names[1:], "DS_VARIABLES"])
     return f"""\
-/* Made from the interface table of {model.name}: edit fmu_src/interface.py instead. */
+/* Made from the interface table of {model.name}: edit fmu_src/fmus/{model.name}/interface.py instead. */
 #ifndef DS_TABLE_H
 #define DS_TABLE_H
 
@@ -52,7 +52,7 @@ def table_source(model: Model) -> str:
     rows = ",\n".join(f"    {_row(variable, slots.get(variable.name))}" for variable in model.variables)
     categories = ",\n".join(f"    {c_string(name)}" for name, _ in model.log_categories)
     return f"""\
-/* Made from the interface table of {model.name}: edit fmu_src/interface.py instead. */
+/* Made from the interface table of {model.name}: edit fmu_src/fmus/{model.name}/interface.py instead. */
 #include "ds_table.h"
 
 #include <float.h>

@@ -18,11 +18,11 @@ from typing import Any, ClassVar
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from fmu_src.python import calls, library, saved
-from fmu_src.python.calls import guarded
-from fmu_src.python.table import declaration
-from fmu_src.python.values import IllegalCall, Phase, Values
-from fmu_src.schema import Kind, Model, Value
+from ..schema import Kind, Model, Value
+from . import calls, library, saved
+from .calls import guarded
+from .table import declaration
+from .values import IllegalCall, Phase, Values
 
 
 class TableSlave(Fmi2Slave):

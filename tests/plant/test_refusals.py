@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from fmu_src.fmus import MODELS
 from tests.plant.drive import PLANT, PLANTS, Drive
 from tests.plant.fmi import DISCARD, OK, Instance, Message, must
 
 SLOW = {"cells": 60}
-MODELS = [*PLANTS, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
 PARAMETERS = {
     # out of its physical range: name, values, and what the sentence expects
     "L": (0.0, -1172.0, nan, inf, -inf, 1e300),

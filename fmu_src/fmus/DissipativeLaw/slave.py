@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from fmu_src.interface import DISSIPATIVE_LAW
+from fmu_src.fmus.DissipativeLaw.interface import MODEL
 from fmu_src.python.slave import TableSlave
 from models.controllers.laws import DissipativeLaw as Law
 
-_AT = {variable.name: index for index, variable in enumerate(DISSIPATIVE_LAW.variables)}
+_AT = {variable.name: index for index, variable in enumerate(MODEL.variables)}
 
 
 class DissipativeLaw(TableSlave):
     """Omega from the speeds at both ends."""
 
-    model = DISSIPATIVE_LAW
+    model = MODEL
 
     def start(self, values: list[Any], time: float) -> None:
         """Answer the inputs as they are."""

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fmu_src.interface import DRILLING_PROGRAM
+from fmu_src.fmus.DrillingProgram.interface import MODEL
 from fmu_src.python.slave import TableSlave
 from models.controllers.program import Change, Point, Table, read_table
 from models.plant.friction import torque_on_bit
 from models.plant.parameters import DrillstringParameters
 
-_AT = {variable.name: index for index, variable in enumerate(DRILLING_PROGRAM.variables)}
+_AT = {variable.name: index for index, variable in enumerate(MODEL.variables)}
 _FRICTION = ("R_b", "c_b", "mu_cb", "mu_sb", "gamma_b", "v_f")
 
 
 class DrillingProgram(TableSlave):
     """Rotation and weight asked for over time, and the references that go with them."""
 
-    model = DRILLING_PROGRAM
+    model = MODEL
     table: Table | None = None
 
     def check(self, values: Sequence[Any]) -> str | None:

@@ -1,16 +1,13 @@
-"""What the documentation page inside each FMU says: the equations it computes, and where they end to hold.
+"""What the documentation page of DrillstringNeutral says.
 
-Labels "Eq. (n)" are numbers of the paper, "model n" those of docs/model.md, as in the interface tables.
+Labels "Eq. (n)" are numbers of the paper, "model n" those of docs/model.md, as in the interface table.
 """
 
 from __future__ import annotations
 
-from .prose import paragraphs, phrase
+from ...page.prose import Sections, paragraphs, phrases
 
-Section = tuple[str, str]
-"""Heading and HTML text."""
-
-PLANT_EQUATIONS: tuple[Section, ...] = (
+EQUATIONS: Sections = (
     (
         "The string",
         paragraphs(r"""
@@ -101,124 +98,37 @@ are computed ahead of the present time, so that held inputs give the same result
     ),
 )
 
-PLANT_LIMITS: tuple[str, ...] = tuple(
-    phrase(limit)
-    for limit in (
-        "Torsion only, of one uniform pipe without damping along its length; no axial or lateral motion.",
-        "The paper gives no value of `I_B`. The start value, 89 kg.m2, is the usual one in the same authors' work.",
-        "An input is held over the step, unless its derivative has been given with fmi2SetRealInputDerivatives. A "
-        "derivative holds for the next step only; after it the input has again the value that was set, not the one the "
-        "ramp has reached. A step in which a derivative takes `WOB` below zero is refused with fmi2Discard.",
-        "After initialisation outputs are values just after the inputs take effect. After a step they are values with "
-        "the inputs of that step, just before others take effect.",
-        "Of several stops within one communication step `last_stop_time` tells the last, and so does "
-        "`last_release_time` of releases; `slip_count`, `stuck_time`, `bit_speed_min` and `bit_speed_max` miss none.",
-        "1 to 3 `cells` count as 4. More than 10 million cells chosen automatically are refused.",
-    )
+LIMITS = phrases(
+    "Torsion only, of one uniform pipe without damping along its length; no axial or lateral motion.",
+    "The paper gives no value of `I_B`. The start value, 89 kg.m2, is the usual one in the same authors' work.",
+    "An input is held over the step, unless its derivative has been given with fmi2SetRealInputDerivatives. A "
+    "derivative holds for the next step only; after it the input has again the value that was set, not the one the "
+    "ramp has reached. A step in which a derivative takes `WOB` below zero is refused with fmi2Discard.",
+    "After initialisation outputs are values just after the inputs take effect. After a step they are values with "
+    "the inputs of that step, just before others take effect.",
+    "Of several stops within one communication step `last_stop_time` tells the last, and so does "
+    "`last_release_time` of releases; `slip_count`, `stuck_time`, `bit_speed_min` and `bit_speed_max` miss none.",
+    "1 to 3 `cells` count as 4. More than 10 million cells chosen automatically are refused.",
 )
 
-DISSIPATIVE_LAW_EQUATIONS: tuple[Section, ...] = (
-    (
-        "As printed",
-        paragraphs(r"""
-With `form` = printed, the top speed $\dot{y}$, the bit speed $v$ and the wanted bit speed $r$ (`bit_speed_ref`),
-
-$$ \Omega = c_1 \dot{y} + 2 \sqrt{\frac{c_b}{c_a} (1 - c_1)} \, v + 2 \sqrt{c_2 (1 - c_1)} \, r
-- \frac{c_2 r^2}{\dot{y}} - 2 \sqrt{\frac{c_2 c_b}{c_a}} \, \frac{v r}{\dot{y}}. $$ Eq. (9)
-
-Where $|\dot{y}|$ is less than `top_speed_min`, the divisor is `top_speed_min` with the sign of $\dot{y}$, that of +0
-being positive, and `guard_active` is true. The result is kept within
-
-$$ -\Omega_{\text{max}} \le \Omega \le \Omega_{\text{max}}, $$ model 18
-
-and `limit_active` says whether that has changed it. A value found with guard or limit active is not a solution of
-Eq. (9).
-"""),
-    ),
-    (
-        "In deviations from the wanted rotation",
-        paragraphs(r"""
-With `form` = tracking, the same completion of the square, given the torque on bit $T_{\text{ref}}$ (`bit_torque_ref`)
-that goes with the wanted speed:
-
-$$ \Omega = r + \frac{T_{\text{ref}}}{c_a} + c_1 (\dot{y} - r) + 2 \sqrt{\frac{c_b}{c_a} (1 - c_1)} \, (v - r)
-$$ model 19
-
-Without its last term this is the string with $c_a (1 - c_1)$ in place of $c_a$; $c_1 = 1 - Z / c_a$ absorbs every wave
-that arrives at the top. The limit of model 18 holds here as well.
-"""),
-    ),
+_LOOP = (
+    "The string answers at once: `top_speed` and `top_torque` answer `Omega`, and `bit_torque` answers `WOB`. A law "
+    "that computes one from the other closes an algebraic loop. Co-simulation masters open it by one communication "
+    "step, so the step is the law's sample time: take 0.001 s. A tool that refuses the loop wants a unit delay in the "
+    "connection of `Omega`."
 )
 
-DISSIPATIVE_LAW_LIMITS: tuple[str, ...] = tuple(
-    phrase(limit)
-    for limit in (
-        "**The printed form cannot hold a drilling speed**, as said above.",
-        "In the tracking form the energy of the deviations grows only by what the falling slope of the friction feeds "
-        r"into them. A stuck bit is certain to come loose only if $c_a (1 - c_1) r + T_{\text{ref}}$ exceeds the "
-        r"static friction; near $c_1 = 1 - Z / c_a$ it stays stuck.",
-        "`c_a` and `c_b` must be those of the plant.",
-    )
-)
-
-WEIGHT_ON_BIT_LAW_EQUATIONS: tuple[Section, ...] = (
-    (
-        "Weight on bit",
-        paragraphs(r"""
-With the bit speed $v$,
-
-$$ W = K_w |v| + W_0, $$ Eq. (22)
-
-$$ W \le W_{\text{max}}. $$ model 20
-"""),
-    ),
-)
-
-WEIGHT_ON_BIT_LAW_LIMITS: tuple[str, ...] = tuple(
-    phrase(limit)
-    for limit in (
-        "The paper gives neither a value of `K_w` nor an upper limit; both start values are this project's own.",
-        "`WOB_max` less than `WOB_0` is refused with fmi2Discard: by fmi2ExitInitializationMode, or by the next step.",
-    )
-)
-
-DRILLING_PROGRAM_EQUATIONS: tuple[Section, ...] = (
-    (
-        "One change of each",
-        paragraphs(r"""
-Rotation and weight each go on a straight line from $a$ (`_initial`) to $b$ (`_final`), beginning at $t_0$ (`_start`)
-and taking $d$ (`_duration`); a duration of 0 is a step.
-
-$$ x(t) = a + (b - a) \, \min(\max(\frac{t - t_0}{d}, 0), 1) $$ model 21
-"""),
-    ),
-    (
-        "Or a table",
-        paragraphs(r"""
-`table` is the path of a CSV file that replaces both changes. Its first line is `time,speed,WOB`; then one row a point,
-in s, rad/s and N. Values follow straight lines between rows, and jump where two rows share a time; the first row holds
-before it, the last row after it.
-"""),
-    ),
-    (
-        "Outputs",
-        paragraphs(r"""
-`Omega`, `speed_ref` and `bit_speed_ref` are the rotation, under the names by which drives and laws know it; `WOB` is
-the weight. `bit_torque_ref` is the torque on bit at that rotation $v$ and weight $W$:
-
-$$ T(v) = c_b v + W R_b (\mu_{cb} + (\mu_{sb} - \mu_{cb}) e^{-(\gamma_b / v_f) |v|}) \sgn \, v $$ Eq. (3), (4)
-"""),
-    ),
-)
-
-DRILLING_PROGRAM_LIMITS: tuple[str, ...] = tuple(
-    phrase(limit)
-    for limit in (
-        "Outputs are known at communication points: a jump between two of them is seen at the second. A change within "
-        "1e-9 max(1, |t|) s of a point counts as being there, so that rounding in the importer cannot put it off by a "
-        "step.",
-        "The table is read during initialisation, which a file that is missing or not understood refuses with "
-        "fmi2Discard. The path is that of the importer's machine, 1023 bytes at most.",
-        "The friction parameters must be those of the plant.",
-    )
+USE = phrases(
+    "Run it alone, with nothing connected and nothing set, from 0 to 100 s in steps of 0.01 s: this is the "
+    "stick-slip cycle of the paper's Fig. 2. The bit first breaks loose at 2.603019251 s (`last_release_time`) and "
+    "first stops at 4.226441632 s (`last_stop_time`). At the end the period is 3.2256227 s, the greatest "
+    "`bit_speed_max` 18.7605 rad/s. If these come out, the import is right.",
+    "Drive `Omega` and `WOB`, or connect the FMU DrillingProgram. Everywhere equal names fit.",
+    "As long as inputs are held, the result does not depend on the communication step: 0.01 s is a good one, any "
+    "other will do, constant or not. For what happens within a long step there are `bit_speed_min`, "
+    "`bit_speed_max`, `slip_count`, `stuck_time`, `last_stop_time` and `last_release_time`.",
+    _LOOP,
+    "To begin in steady drilling, set `initial_speed`, `initial_torque` and `Omega` as told under “Before the start”.",
+    "The paper's law for the drive speed is the FMU DissipativeLaw. As printed, (9) cannot hold a drilling speed; "
+    "its tracking form can. The page of that FMU says why.",
 )

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fmu_src.interface import WEIGHT_ON_BIT_LAW
+from fmu_src.fmus.WeightOnBitLaw.interface import MODEL
 from fmu_src.python.slave import TableSlave
 from models.controllers.laws import WeightOnBitLaw as Law
 
-_AT = {variable.name: index for index, variable in enumerate(WEIGHT_ON_BIT_LAW.variables)}
+_AT = {variable.name: index for index, variable in enumerate(MODEL.variables)}
 
 
 class WeightOnBitLaw(TableSlave):
     """WOB from the bit speed."""
 
-    model = WEIGHT_ON_BIT_LAW
+    model = MODEL
     limited = False
 
     def check(self, values: Sequence[Any]) -> str | None:

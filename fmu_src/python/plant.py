@@ -36,10 +36,6 @@ class PlantSlave(TableSlave, Generic[Plant]):
     kind: type[Plant]
     plant: Plant
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.at = {variable.name: index for index, variable in enumerate(self.model.variables)}
-
     @abstractmethod
     def build(self, named: dict[str, Any], initial: InitialState, time: float) -> Plant:
         """Return the plant at a time [s] from all values by name; ValueError with a sentence if it cannot be had."""

@@ -34,6 +34,8 @@ class TableSlave(Fmi2Slave):
         The interface table, a class attribute of the subclass.
     values : list
         One value per variable, by value reference; hooks write outputs here.
+    at : dict of str to int
+        Value references by name.
     time : float
         The communication point reached [s].
     """
@@ -49,6 +51,7 @@ class TableSlave(Fmi2Slave):
         self.modelName = self.model.name
         self._values = Values(self.model)
         self.values = self._values.current
+        self.at = {variable.name: reference for reference, variable in enumerate(self.model.variables)}
         self.time = 0.0
         self._phase = Phase.INSTANTIATED
         self._stale = True  # parameters or inputs have changed since the model was initialised

@@ -13,7 +13,7 @@ from fmu_src.fmus import MODELS
 @pytest.mark.parametrize("model", sorted(MODELS))
 def test_bundle_needs_no_numpy(model):
     _, files = bundle(slave_module(MODELS[model]))
-    assert any("/models/" in name for name in files)
+    assert any(name.endswith("/fmu_src/python/slave.py") for name in files)
     words = {
         word for source in files.values() for word in re.findall(rb"^\s*(?:import|from) (\w+)", source, re.MULTILINE)
     }

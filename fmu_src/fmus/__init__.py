@@ -15,6 +15,7 @@ from __future__ import annotations
 from importlib import import_module
 
 from .. import project
+from ..errors import BuildError
 from ..schema import Model
 
 
@@ -25,7 +26,7 @@ def _find() -> dict[str, Model]:
         name = path.parent.name
         model = getattr(import_module(f"{__name__}.{name}.interface"), "MODEL", None)
         if not isinstance(model, Model) or model.name != name:
-            raise TypeError(f"{path} defines no MODEL with the name {name}, which is that of its folder")
+            raise BuildError(f"{path} defines no MODEL with the name of its folder, {name}")
         found[name] = model
     return found
 

@@ -196,6 +196,16 @@ def test_an_unknown_model_is_refused_with_the_list(tmp_path: Path) -> None:
     assert not (tmp_path / "output").exists()
 
 
+def test_a_folder_without_an_interface_table_of_its_name_is_refused(tmp_path: Path) -> None:
+    elsewhere = copy_sources(tmp_path / "renamed")
+    fmus = elsewhere / "fmu_src" / "fmus"
+    (fmus / "WeightOnBitLaw").rename(fmus / "WeightLaw")
+    done = run(elsewhere, "--output", tmp_path / "output")
+    path = fmus / "WeightLaw" / "interface.py"
+    sentence = f"error: {path} defines no MODEL with the name of its folder, WeightLaw\n"
+    assert (done.returncode, done.stderr) == (1, sentence)
+
+
 def test_an_output_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     done = run(project.ROOT, "--output", tmp_path / "file", "--packaging", "python", "WeightOnBitLaw")

@@ -60,3 +60,30 @@ def test_only_what_knows_drilling_asks_for_mathematics() -> None:
         and "cosim.drilling.mathematics import" in path.read_text(encoding="utf-8")
     }
     assert importers == MAY_USE_MATHEMATICS
+
+
+FLOORS = {"page": 1, "python": 2, "fmus": 3, "build": 4}
+"""Packages of fmu_src by height; below them are its own modules: tables, and where things lie."""
+
+
+def imported_floors(path: Path) -> set[int]:
+    """Return the floors of fmu_src that one of its modules imports from."""
+    package = path.relative_to(ROOT).parts[:-1]
+    floors: set[int] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.ImportFrom):
+            continue
+        start = package[: len(package) - node.level + 1] if node.level else ()
+        parts = [*start, *(node.module or "").split(".")]
+        if parts[0] == "fmu_src":
+            names = [parts[1]] if parts[1:] and parts[1] else [alias.name for alias in node.names]
+            floors |= {FLOORS.get(name, 0) for name in names}
+    return floors
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "fmu_src").rglob("*.py")), ids=lambda path: str(path.relative_to(ROOT / "fmu_src"))
+)
+def test_no_module_of_fmu_src_imports_from_a_package_above_it(path: Path) -> None:
+    own = FLOORS.get(path.relative_to(ROOT / "fmu_src").parts[0], 0)
+    assert max(imported_floors(path), default=0) <= own

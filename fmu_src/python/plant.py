@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Generic, TypeVar
 
-from fmu_src.python.slave import TableSlave
 from models.plant.clock import CELL_LIMIT
 from models.plant.neutral import DrillstringNeutral, InitialState, Outputs
 from models.plant.parameters import DrillstringParameters
+
+from .slave import TableSlave
 
 _TUNABLE = ("c_b", "mu_cb", "mu_sb", "gamma_b")
 MOST_CELLS = 1e7
@@ -34,10 +35,6 @@ class PlantSlave(TableSlave, Generic[Plant]):
 
     kind: type[Plant]
     plant: Plant
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.at = {variable.name: index for index, variable in enumerate(self.model.variables)}
 
     @abstractmethod
     def build(self, named: dict[str, Any], initial: InitialState, time: float) -> Plant:

@@ -1,4 +1,6 @@
-"""The Python modules a slave needs, gathered under a package name that no other FMU and no importer has.
+"""The content of an FMU in the python packaging: pythonfmu's library, and a slave over the readable models.
+
+The Python modules a slave needs are gathered under a package name that no other FMU and no importer has.
 
 Every FMU loaded by a process shares that process's modules: two FMUs that bundle a module of the same name run the
 code of whichever came first, and an importer that has itself imported `models` makes the FMU run the importer's. So
@@ -11,10 +13,48 @@ import ast
 from importlib.util import find_spec
 from pathlib import Path
 
-from . import packing, project
-from .errors import BuildError
+from .. import project
+from ..errors import BuildError
+from ..schema import Model
+from . import packing
 
 OWN = ("fmu_src", "models", "pythonfmu")
+MAIN = '''\
+"""The script that pythonfmu's library runs: once to import it, and once more for every instance."""
+
+from {package}.fmu_src.python import library
+from {package}.{slave} import {model}
+
+library.keep(globals())
+'''
+
+
+def python_files(model: Model) -> dict[str, bytes]:
+    """Return resources and binaries of the FMU by path; BuildError if a module or the library is missing."""
+    slave = slave_module(model)
+    package, modules = bundle(slave)
+    script = f"{package}_main"
+    files = {f"resources/{path}": content for path, content in modules.items()}
+    files[f"resources/{script}.py"] = MAIN.format(package=package, slave=slave, model=model.name).encode()
+    files["resources/slavemodule.txt"] = script.encode()
+    return files | _libraries(model)
+
+
+def slave_module(model: Model) -> str:
+    """Return the module that holds the slave of a model."""
+    room = f"fmu_src.fmus.{model.name}"
+    return f"{room}.slave" if _locate(f"{room}.slave") else f"{room}.interface"
+
+
+def _libraries(model: Model) -> dict[str, bytes]:
+    spec = find_spec("pythonfmu")
+    folder = Path(spec.origin).parent / "resources" / "binaries" if spec and spec.origin else None
+    paths = sorted(path for path in folder.glob("*/*") if path.suffix in (".so", ".dll", ".dylib")) if folder else []
+    if not paths:
+        raise BuildError(
+            "the installed pythonfmu brings no libraries; install the version pinned in requirements/run.txt"
+        )
+    return {f"binaries/{path.parent.name}/{model.name}{path.suffix}": path.read_bytes() for path in paths}
 
 
 def bundle(module: str) -> tuple[str, dict[str, bytes]]:

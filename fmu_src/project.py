@@ -7,11 +7,19 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-SOURCES = Path(__file__).resolve().parents[1]
+SOURCES = Path(__file__).resolve().parent
 ROOT = SOURCES.parent
+FMUS = SOURCES / "fmus"
+ICONS = SOURCES / "icons"
 NAME = "drillstring-cosim"
 AUTHOR = "The drillstring-cosim authors"
 LICENSE = "MIT"
+
+
+def icon(name: str) -> Path:
+    """Return the drawing of an FMU: its own, or the one for all that bring none."""
+    own = FMUS / name / "icon.svg"
+    return own if own.is_file() else ICONS / "any.svg"
 
 
 @cache

@@ -1,17 +1,14 @@
 """What the documentation page of DrillstringDistributed says.
 
-Labels "Eq. (n)" are numbers of the paper, "model n" those of docs/model.md, as in the interface tables.
+Labels "Eq. (n)" are numbers of the paper, "model n" those of docs/model.md, as in the interface table.
 """
 
 from __future__ import annotations
 
-from . import guide
-from .equations import PLANT_EQUATIONS, PLANT_LIMITS, Section
-from .prose import paragraphs, phrase
+from ...page.prose import Sections, paragraphs, phrase
+from ..DrillstringNeutral import page as neutral
 
-_TORQUE_ON_BIT = PLANT_EQUATIONS[1]
-
-EQUATIONS: tuple[Section, ...] = (
+EQUATIONS: Sections = (
     (
         "The string",
         paragraphs(r"""
@@ -29,7 +26,7 @@ $$ G J \frac{\partial \theta}{\partial \xi}(L, t) + I_B \frac{\partial^2 \theta}
 = -T(\frac{\partial \theta}{\partial t}(L, t)) $$ Eq. (2)
 """),
     ),
-    _TORQUE_ON_BIT,
+    neutral.EQUATIONS[1],
     (
         "Waves",
         paragraphs(r"""
@@ -112,7 +109,7 @@ USE: tuple[str, ...] = (
         "Set `beta` [N.s/rad per metre of string] for damping along the string: the paper gives no value. 0.05 takes "
         "about a tenth off a wave on its way along the string of the start values, and costs 586 N.m at 10 rad/s."
     ),
-    *guide.PLANT_USE,
+    *neutral.USE,
 )
 
 LIMITS: tuple[str, ...] = (
@@ -121,5 +118,5 @@ LIMITS: tuple[str, ...] = (
         "With damping the error falls with the second power of the cell. At `beta` = 0.1 and the default cells it is "
         "about 1e-5 rad/s after a jump of `Omega` by 10 rad/s, and less where the solution is smoother."
     ),
-    *PLANT_LIMITS[1:],
+    *neutral.LIMITS[1:],
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from fmu_src.interface import DRILLSTRING_DISTRIBUTED, MOST_STATIONS
+from fmu_src.fmus.DrillstringDistributed.interface import MODEL, MOST_STATIONS
 from fmu_src.python.plant import MOST_CELLS, PlantSlave
 from models.plant.clock import BLOCK
 from models.plant.distributed import DrillstringDistributed as Plant
@@ -17,7 +17,7 @@ from models.plant.station import StationOutputs
 class DrillstringDistributed(PlantSlave[Plant]):
     """The drillstring with damping along its length, and stations on it."""
 
-    model = DRILLSTRING_DISTRIBUTED
+    model = MODEL
     kind = Plant
 
     def build(self, named: dict[str, Any], initial: InitialState, time: float) -> Plant:

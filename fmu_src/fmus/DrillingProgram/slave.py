@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fmu_src.interface import DRILLING_PROGRAM
+from fmu_src.fmus.DrillingProgram.interface import MODEL
 from fmu_src.python.slave import TableSlave
 from models.controllers.program import Change, Point, Table, read_table
 from models.plant.friction import torque_on_bit
 from models.plant.parameters import DrillstringParameters
 
-_AT = {variable.name: index for index, variable in enumerate(DRILLING_PROGRAM.variables)}
 _FRICTION = ("R_b", "c_b", "mu_cb", "mu_sb", "gamma_b", "v_f")
 
 
 class DrillingProgram(TableSlave):
     """Rotation and weight asked for over time, and the references that go with them."""
 
-    model = DRILLING_PROGRAM
+    model = MODEL
     table: Table | None = None
 
     def check(self, values: Sequence[Any]) -> str | None:
@@ -27,7 +26,7 @@ class DrillingProgram(TableSlave):
 
     def start(self, values: list[Any], time: float) -> None:
         """Read the table, if there is one, and ask for what it says at the start."""
-        path = values[_AT["table"]]
+        path = values[self.at["table"]]
         self.table = read_table(path) if path else None
         self._ask(values, time)
 
@@ -38,16 +37,16 @@ class DrillingProgram(TableSlave):
     def _ask(self, values: list[Any], time: float) -> None:
         speed = self._point(values, "speed", 1, time).value
         weight = self._point(values, "WOB", 2, time).value
-        parameters = DrillstringParameters(**{name: values[_AT[name]] for name in _FRICTION})
+        parameters = DrillstringParameters(**{name: values[self.at[name]] for name in _FRICTION})
         for name in ("Omega", "speed_ref", "bit_speed_ref"):
-            values[_AT[name]] = speed
-        values[_AT["WOB"]] = weight
-        values[_AT["bit_torque_ref"]] = torque_on_bit(parameters, weight, speed)
+            values[self.at[name]] = speed
+        values[self.at["WOB"]] = weight
+        values[self.at["bit_torque_ref"]] = torque_on_bit(parameters, weight, speed)
 
     def _point(self, values: list[Any], signal: str, column: int, time: float) -> Point:
         if self.table is not None:
             return self.table.at(time, column)
-        ends = (values[_AT[f"{signal}_{part}"]] for part in ("initial", "final", "start", "duration"))
+        ends = (values[self.at[f"{signal}_{part}"]] for part in ("initial", "final", "start", "duration"))
         return Change(*ends).at(time)
 
     def state(self) -> object:

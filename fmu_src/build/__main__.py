@@ -1,5 +1,5 @@
 """Build FMUs from an installed package, as `cosim build` does."""
 
-from .build.command import main
+from .command import main
 
 main()

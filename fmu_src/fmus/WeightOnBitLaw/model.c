@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "ds_condition.h"
+#include "ds_limit.h"
 #include "ds_memoryless.h"
 
 ds_result ds_model_check(const double value[], ds_journal *journal)
@@ -16,8 +17,7 @@ static double unlimited(const double value[])
 
 static void answer(double value[])
 {
-    const double weight = unlimited(value);
-    value[DS_WOB] = weight <= value[DS_WOB_max] ? weight : value[DS_WOB_max];
+    value[DS_WOB] = ds_limited(unlimited(value), -HUGE_VAL, value[DS_WOB_max]);
 }
 
 static void differentiate(const double value[], const double seed[], double change[])
@@ -27,11 +27,7 @@ static void differentiate(const double value[], const double seed[], double chan
     const double limit = value[DS_WOB_max];
     const double faster = speed > 0.0 ? seed[DS_bit_speed] : speed < 0.0 ? -seed[DS_bit_speed] : fabs(seed[DS_bit_speed]);
     const double heavier = seed[DS_K_w] * fabs(speed) + value[DS_K_w] * faster + seed[DS_WOB_0];
-    if (weight == limit) {
-        change[DS_WOB] = fmin(heavier, seed[DS_WOB_max]);
-    } else {
-        change[DS_WOB] = weight < limit ? heavier : seed[DS_WOB_max];
-    }
+    change[DS_WOB] = ds_limited_change(weight, heavier, -HUGE_VAL, 0.0, limit, seed[DS_WOB_max]);
 }
 
 static void tell_changes(const double before[], const double value[], double time, ds_journal *journal)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from fmu_src.interface import DRILLSTRING_NEUTRAL
+from fmu_src.fmus.DrillstringNeutral.interface import MODEL
 from fmu_src.python.plant import PlantSlave
 from models.plant.neutral import DrillstringNeutral as Plant
 from models.plant.neutral import InitialState
@@ -15,7 +15,7 @@ from models.plant.parameters import DrillstringParameters
 class DrillstringNeutral(PlantSlave[Plant]):
     """The drillstring without damping along its length."""
 
-    model = DRILLSTRING_NEUTRAL
+    model = MODEL
     kind = Plant
 
     def build(self, named: dict[str, Any], initial: InitialState, time: float) -> Plant:

@@ -8,22 +8,16 @@
 #include "ds_plant.h"
 #include "ds_table.h"
 
-/* value references of what is read at a station */
-typedef struct {
-    int speed, torque, twist;
-} station_references;
+/* the outputs of a station stand together in the table, and the stations one after the other */
+enum { STATION_STRIDE = DS_station_2_speed - DS_station_1_speed };
 
-static const station_references stations[DS_MOST_STATIONS] = {
-    {DS_station_1_speed, DS_station_1_torque, DS_station_1_twist},
-    {DS_station_2_speed, DS_station_2_torque, DS_station_2_twist},
-    {DS_station_3_speed, DS_station_3_torque, DS_station_3_twist},
-    {DS_station_4_speed, DS_station_4_torque, DS_station_4_twist},
-    {DS_station_5_speed, DS_station_5_torque, DS_station_5_twist},
-    {DS_station_6_speed, DS_station_6_torque, DS_station_6_twist},
-    {DS_station_7_speed, DS_station_7_torque, DS_station_7_twist},
-    {DS_station_8_speed, DS_station_8_torque, DS_station_8_twist},
-    {DS_station_9_speed, DS_station_9_torque, DS_station_9_twist},
-};
+static void write_station(double value[], int number, ds_station_outputs station)
+{
+    const int first = number * STATION_STRIDE;
+    value[DS_station_1_speed + first] = station.speed;
+    value[DS_station_1_torque + first] = station.torque;
+    value[DS_station_1_twist + first] = station.twist;
+}
 
 static ds_distributed_state *state_of(ds_distributed *model)
 {
@@ -62,25 +56,19 @@ ds_result ds_model_check(const double value[], ds_journal *journal)
 
 static void write_outputs(const ds_distributed *model, const ds_distributed_state *state, double value[])
 {
-    ds_neutral_outputs outputs;
-    ds_distributed_read(model, state, &outputs);
-    ds_plant_write(&outputs, value);
+    ds_distributed_read(model, state, value);
     value[DS_string_loss] = ds_distributed_string_loss(model, state);
     for (int i = 0; i + 1 < model->parts; ++i) {
-        const ds_station_outputs station = ds_distributed_station(model, state, i, outputs.top_angle);
-        value[stations[i].speed] = station.speed;
-        value[stations[i].torque] = station.torque;
-        value[stations[i].twist] = station.twist;
+        write_station(value, i, ds_distributed_station(model, state, i, value[DS_top_angle]));
     }
 }
 
 /* a start may follow one with more stations */
 static void clear_stations(double value[])
 {
-    for (int i = 0; i < DS_MOST_STATIONS; ++i) {
-        value[stations[i].speed] = 0.0;
-        value[stations[i].torque] = 0.0;
-        value[stations[i].twist] = 0.0;
+    const ds_station_outputs none = {0.0, 0.0, 0.0};
+    for (int i = 0; i < DS_MOST_stations; ++i) {
+        write_station(value, i, none);
     }
 }
 
@@ -129,14 +117,9 @@ void ds_model_output_derivatives(const void *memory, double rate[])
 {
     const ds_distributed *const model = memory;
     const ds_distributed_state *const state = state_in(model);
-    ds_neutral_rates rates;
-    rate[DS_string_loss] = ds_distributed_read_rates(model, state, &rates);
-    ds_plant_write_rates(&rates, rate);
+    rate[DS_string_loss] = ds_distributed_read_rates(model, state, rate);
     for (int i = 0; i + 1 < model->parts; ++i) {
-        const ds_station_outputs station = ds_distributed_station_rate(model, state, i);
-        rate[stations[i].speed] = station.speed;
-        rate[stations[i].torque] = station.torque;
-        rate[stations[i].twist] = station.twist;
+        write_station(rate, i, ds_distributed_station_rate(model, state, i));
     }
 }
 
@@ -151,10 +134,12 @@ static void differentiate_stations(const ds_distributed *model, ds_plant_drag dr
         const double share = depth - 0.5 * depth * depth;
         const double twist = value[DS_initial_torque] * depth + drag.torque * share; /* times L / (G J) */
         const double twist_change = seed[DS_initial_torque] * depth + drag.change * share;
-        change[stations[i].speed] = seed[DS_initial_speed];
-        change[stations[i].torque] = seed[DS_initial_torque] + drag.change * (1.0 - depth);
-        change[stations[i].twist] =
-            (twist_change * value[DS_L] + twist * (seed[DS_L] - value[DS_L] * stiffer)) / stiffness;
+        const ds_station_outputs station = {
+            seed[DS_initial_speed],
+            seed[DS_initial_torque] + drag.change * (1.0 - depth),
+            (twist_change * value[DS_L] + twist * (seed[DS_L] - value[DS_L] * stiffer)) / stiffness,
+        };
+        write_station(change, i, station);
     }
 }
 

@@ -1,6 +1,7 @@
 /* The drive speed law of eq. (9), as printed and in tracking form. Follows models/controllers/laws.py, which explains it. */
 #include <math.h>
 
+#include "ds_limit.h"
 #include "ds_memoryless.h"
 
 enum { FORM_PRINTED = 1, FORM_TRACKING = 2 };
@@ -56,7 +57,7 @@ static void answer(double value[])
     const double omega = unlimited(value);
     value[DS_guard_active] = is_guarded(value);
     value[DS_limit_active] = omega > limit || omega < -limit;
-    value[DS_Omega] = omega > limit ? limit : omega < -limit ? -limit : omega;
+    value[DS_Omega] = ds_limited(omega, -limit, limit);
 }
 
 /* how much sqrt(a b) changes with a and b; infinitely where it begins at 0 */
@@ -130,13 +131,7 @@ static void differentiate(const double value[], const double seed[], double chan
     const double limit_change = seed[DS_Omega_max];
     const double omega = unlimited(value);
     const double free = (int)value[DS_form] == FORM_PRINTED ? printed_change(value, seed) : tracking_change(value, seed);
-    if (omega >= limit) {
-        change[DS_Omega] = omega > limit ? limit_change : fmin(free, limit_change);
-    } else if (omega <= -limit) {
-        change[DS_Omega] = omega < -limit ? -limit_change : fmax(free, -limit_change);
-    } else {
-        change[DS_Omega] = free;
-    }
+    change[DS_Omega] = ds_limited_change(omega, free, -limit, -limit_change, limit, limit_change);
 }
 
 static void tell_changes(const double before[], const double value[], double time, ds_journal *journal)

@@ -31,13 +31,6 @@ ds_result ds_model_check(const double value[], ds_journal *journal)
     return ds_at_least("mu_sb", value[DS_mu_sb], "mu_cb", value[DS_mu_cb], journal);
 }
 
-static void write_outputs(const ds_neutral *model, const ds_neutral_state *state, double value[])
-{
-    ds_neutral_outputs outputs;
-    ds_neutral_read(model, state, &outputs);
-    ds_plant_write(&outputs, value);
-}
-
 ds_result ds_model_start(void *memory, size_t size, double value[], const double slope[], const ds_text text[],
                          double time, ds_journal *journal)
 {
@@ -50,7 +43,7 @@ ds_result ds_model_start(void *memory, size_t size, double value[], const double
     ds_neutral_build(model, &p, (int)value[DS_cells], time);
     ds_neutral_start(model, state, value[DS_initial_speed], value[DS_initial_torque], value[DS_Omega], value[DS_WOB]);
     ds_neutral_set_inputs(model, state, value[DS_Omega], value[DS_WOB], slope[DS_Omega], slope[DS_WOB]);
-    write_outputs(model, state, value);
+    ds_neutral_read(model, state, value);
     ds_plant_tell(value, &before, time, journal);
     return DS_OK;
 }
@@ -72,7 +65,7 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
     }
     ds_neutral_set_inputs(model, state, value[DS_Omega], value[DS_WOB], slope[DS_Omega], slope[DS_WOB]);
     ds_neutral_advance(model, state, end);
-    write_outputs(model, state, value);
+    ds_neutral_read(model, state, value);
     ds_plant_tell(value, &before, end, journal);
     return DS_OK;
 }
@@ -80,9 +73,7 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
 void ds_model_output_derivatives(const void *memory, double rate[])
 {
     const ds_neutral *const model = memory;
-    ds_neutral_rates rates;
-    ds_neutral_read_rates(model, state_in(model), &rates);
-    ds_plant_write_rates(&rates, rate);
+    ds_neutral_read_rates(model, state_in(model), rate);
 }
 
 void ds_model_directional_derivatives(const void *memory, const double value[], const double seed[], int at_start,

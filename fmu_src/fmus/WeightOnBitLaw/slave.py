@@ -5,35 +5,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fmu_src.interface import WEIGHT_ON_BIT_LAW
-from fmu_src.python.slave import TableSlave
+from fmu_src.fmus.WeightOnBitLaw.interface import MODEL
+from fmu_src.python.law import MemorylessLaw
 from models.controllers.laws import WeightOnBitLaw as Law
 
-_AT = {variable.name: index for index, variable in enumerate(WEIGHT_ON_BIT_LAW.variables)}
 
-
-class WeightOnBitLaw(TableSlave):
+class WeightOnBitLaw(MemorylessLaw):
     """WOB from the bit speed."""
 
-    model = WEIGHT_ON_BIT_LAW
+    model = MODEL
     limited = False
 
     def check(self, values: Sequence[Any]) -> str | None:
         """Return what is wrong between the limits."""
         return self.below(values, "WOB_max", "WOB_0")
 
-    def start(self, values: list[Any], time: float) -> None:
-        """Answer the input as it is."""
-        self._answer(values, time)
-
-    def step(self, values: list[Any], time: float, end: float) -> None:
-        """Answer the input as it is."""
-        self._answer(values, end)
-
-    def _answer(self, values: list[Any], time: float) -> None:
-        law = Law(values[_AT["K_w"]], values[_AT["WOB_0"]], values[_AT["WOB_max"]])
-        values[_AT["WOB"]] = law.weight(values[_AT["bit_speed"]])
-        if law.limited(values[_AT["bit_speed"]]) != self.limited:
+    def answer(self, values: list[Any], time: float) -> None:
+        """Answer the inputs as they are."""
+        law = Law(values[self.at["K_w"]], values[self.at["WOB_0"]], values[self.at["WOB_max"]])
+        values[self.at["WOB"]] = law.weight(values[self.at["bit_speed"]])
+        if law.limited(values[self.at["bit_speed"]]) != self.limited:
             self.limited = not self.limited
             self.event(time, "WOB is held at its limit" if self.limited else "WOB is off its limit again")
 

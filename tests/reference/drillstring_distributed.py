@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fmu_src.fmus.DrillstringDistributed.interface import MODEL
 from tests.oracle import OracleParameters, OracleSolution
 from tests.plant import theory
+from tests.reference.drillstring_neutral import DEFAULTS, DIGITS, TOLERANCES, Plant
 from tests.reference.experiment import Answers, Experiment, Points, Tolerance, held
-from tests.reference.plant import DEFAULTS, DIGITS, TOLERANCES, Plant
 
-MOST_STATIONS = 9
+MOST_STATIONS = int(MODEL.variables[MODEL.value_reference("stations")].bounds[1])
 QUANTITIES = ("speed", "torque", "twist")
 
 _ALONG = "as top_speed and top_torque: a station reads the same waves, farther down"

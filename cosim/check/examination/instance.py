@@ -6,7 +6,7 @@ or set at once, on memory laid out beforehand.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p, create_string_buffer
 from pathlib import Path
 from types import TracebackType
@@ -126,12 +126,17 @@ class Instance:
         if status not in ACCEPTED:
             raise CallError(function, status, self.time, self.reason)
 
-    def initialise(self, start: float = 0.0, stop: float | None = None) -> None:
-        """Go from instantiated to the first communication point [s]; CallError if that fails."""
+    def initialise(self, start: float = 0.0, prepare: Callable[[], None] | None = None) -> None:
+        """Go from instantiated to the first communication point [s]; CallError if that fails.
+
+        `prepare` sets values once the experiment is set up: there are FMUs that put back then what was set before.
+        """
         if self.component is None:
             raise CallError("Instantiate", ERROR, start, self.reason or "no instance was returned")
         self.time = start
-        self.must("SetupExperiment", 0, 0.0, start, int(stop is not None), 0.0 if stop is None else stop)
+        self.must("SetupExperiment", 0, 0.0, start, 0, 0.0)
+        if prepare is not None:
+            prepare()
         self.must("EnterInitializationMode")
         self.must("ExitInitializationMode")
 

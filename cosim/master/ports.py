@@ -20,7 +20,7 @@ from cosim.master.slave import Slave
 from cosim.recording.record import Block, allocate_block, allocate_slopes, base_type, initial_value
 from cosim.system.compatibility import StartValues
 from cosim.system.description import Description, Variable
-from cosim.system.signals import Constant, Signal
+from cosim.system.signals import Signal
 from cosim.system.structure import System, split_name
 
 BEGIN, MIDDLE, END, WHOLE = range(4)
@@ -352,7 +352,7 @@ class Drive:
     @property
     def constant(self) -> bool:
         """Whether it never changes."""
-        return isinstance(self.signal, Constant)
+        return self.signal.held is not None
 
     def hold(self, row: int, span: Span) -> None:
         """Hold the value at the beginning of the step; an FMU that interpolates follows the slope there."""

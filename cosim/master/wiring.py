@@ -15,7 +15,7 @@ from cosim.recording.record import Block, Section, Slopes, allocate_block, alloc
 from cosim.system.compatibility import StartValues
 from cosim.system.description import Description
 from cosim.system.method import Lag
-from cosim.system.signals import FloatArray, Signal, is_level
+from cosim.system.signals import FloatArray, Signal
 from cosim.system.structure import System, split_name
 
 # Source array and column, target array and column, and how many rows the source lags behind.
@@ -168,7 +168,7 @@ def _section(name: str, slaves: Mapping[str, Slave], blocks: Mapping[str, Block]
 
 def _slopes(description: Description, signals: Mapping[str, Signal], rows: int) -> Slopes | None:
     """Make room for the derivatives of signals that have any, where the component can use them."""
-    variables = [description.by_name[name] for name, signal in signals.items() if not is_level(signal)]
+    variables = [description.by_name[name] for name, signal in signals.items() if not signal.is_level]
     references = [variable.reference for variable in variables if variable.type == "Real"]
     return allocate_slopes(references, rows) if description.can_interpolate_inputs else None
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.description import Description, Match, Variable, compare, describe
-from cosim.system.signals import Constant, Signal, Step, Value
+from cosim.system.signals import Signal, Value
 from cosim.system.structure import Component, Connection, System, split_name
 
 log = logging.getLogger("cosim")
@@ -99,12 +99,9 @@ def _check_signal(target: str, signal: Signal, variable: Variable) -> None:
         raise SystemDefinitionError(f"{target} has causality {variable.causality}; a signal drives an input only")
     if variable.type == "String":
         raise SystemDefinitionError(f"{target} is String; a signal drives numbers, Booleans and enumerations only")
-    if isinstance(signal, Constant):
-        convert(target, variable, signal.value)
-    elif isinstance(signal, Step):
-        convert(target, variable, signal.before)
-        convert(target, variable, signal.after)
-    elif variable.type != "Real":
+    for level in signal.levels or ():
+        convert(target, variable, level)
+    if signal.levels is None and variable.type != "Real":
         raise SystemDefinitionError(f"{target} is {variable.type}; ramps and tables drive Real inputs only")
 
 

@@ -7,21 +7,17 @@ again when the file is read: these jump and bend at communication points of thei
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cosim.errors import SspError
 from cosim.system.description import Description
-from cosim.system.signals import Constant, Signal, Step, Table, Value, ramp
+from cosim.system.signals import Change, Signal, Value, signal_of_change
 from cosim.system.structure import Component, Connection, System, split_name
 
 MODEL = "DrillingProgram"
 _CHANGE_OF = {"Omega": "speed", "speed_ref": "speed", "bit_speed_ref": "speed", "WOB": "WOB"}
 _PARTS = ("initial", "final", "start", "duration")
-
-Change = tuple[float, float, float, float]
-"""Initial value, final value, start [s] and duration [s]."""
 
 
 @dataclass
@@ -47,14 +43,14 @@ def as_components(system: System) -> tuple[System, frozenset[str]]:
     values: dict[str, Value] = {}
     for target, signal in system.inputs.items():
         _, output = split_name(target)
-        change = _change(signal) if output in _CHANGE_OF else None
+        change = signal.change if output in _CHANGE_OF else None
         if change is not None:
             _place(programs, target, output, change)
-        elif isinstance(signal, Constant):
-            values[target] = signal.value
+        elif signal.held is not None:
+            values[target] = signal.held
         else:
             raise SspError(
-                f"{target} is driven by {_kind(signal)}; SSP can hold constants, and for the inputs "
+                f"{target} is driven by a {signal.kind}; SSP can hold constants, and for the inputs "
                 f"{', '.join(_CHANGE_OF)} steps and ramps as well"
             )
     names = _names(system, len(programs))
@@ -90,26 +86,6 @@ def as_signals(system: System, marked: Mapping[str, Description]) -> System:
     components = tuple(component for component in system.components if component.name not in marked)
     connections = tuple(c for c in system.connections if split_name(c.source)[0] not in marked)
     return System(components, connections, inputs)
-
-
-def _change(signal: Signal) -> Change | None:
-    """Return what a signal is as one change of a number, if it is."""
-    match signal:
-        case Constant(float() | int() as value) if not isinstance(value, bool):
-            return float(value), float(value), 0.0, 0.0
-        case Step(before, after, at) if not isinstance(before, bool):
-            return float(before), float(after), at, 0.0
-        case Table((begin, end), (initial, final)) if end > begin:
-            return initial, final, begin, _duration(begin, end)
-        case _:
-            return None
-
-
-def _duration(begin: float, end: float) -> float:
-    """Return the duration that leads to the very number of the end, where the difference is a last bit off."""
-    duration = end - begin
-    near = (duration, math.nextafter(duration, 0.0), math.nextafter(duration, math.inf))
-    return next((number for number in near if begin + number == end), duration)
 
 
 def _place(programs: list[_Program], target: str, output: str, change: Change) -> None:
@@ -175,11 +151,4 @@ def _signal(label: str, output: str, numbers: Sequence[Value | None]) -> Signal:
     )
     if initial is None or final is None or start is None or duration is None:
         raise SspError(f"{label}, but a parameter of the change of {_CHANGE_OF[output]} is not a number")
-    if (initial, start, duration) == (final, 0.0, 0.0):
-        return Constant(initial)
-    return ramp(initial, final, start, duration)
-
-
-def _kind(signal: Signal) -> str:
-    """Name the kind of a signal, for a message."""
-    return f"a {type(signal).__name__.lower()}"
+    return signal_of_change((initial, final, start, duration))

@@ -155,14 +155,9 @@ def _allocate(
     outputs = description.with_causality("output") if derivative_order and not driven else ()
     return replace(
         block,
-        slopes=allocate_slopes([variable.reference for variable in inputs if _moves(variable)], _ROWS),
-        output_slopes=allocate_slopes([variable.reference for variable in outputs if _moves(variable)], _ROWS),
+        slopes=allocate_slopes([variable.reference for variable in inputs if variable.is_continuous], _ROWS),
+        output_slopes=allocate_slopes([variable.reference for variable in outputs if variable.is_continuous], _ROWS),
     )
-
-
-def _moves(variable: Variable) -> bool:
-    """Whether a variable changes continuously."""
-    return variable.type == "Real" and variable.variability == "continuous"
 
 
 def _channel(source: str, target: str, slaves: Mapping[str, Slave], blocks: Mapping[str, Block]) -> Channel:
@@ -177,7 +172,7 @@ def _channel(source: str, target: str, slaves: Mapping[str, Slave], blocks: Mapp
         source,
         driven,
         max(output.nominal, driven.variable.nominal),
-        _moves(output) and _moves(driven.variable),
+        output.is_continuous and driven.variable.is_continuous,
         memoryview(cast(Any, section.values)),
         section.column(name),
         None if column is None or block.output_slopes is None else memoryview(cast(Any, block.output_slopes.values)),

@@ -198,7 +198,7 @@ def _moves(connection: Connection, descriptions: Mapping[str, Description]) -> b
     """Whether a connection passes what changes continuously."""
     ends = (split_name(end) for end in (connection.source, connection.target))
     variables = [descriptions[component].by_name[name] for component, name in ends]
-    return all(variable.type == "Real" and variable.variability == "continuous" for variable in variables)
+    return all(variable.is_continuous for variable in variables)
 
 
 def _require_state(what: str, names: Iterable[str], descriptions: Mapping[str, Description]) -> None:

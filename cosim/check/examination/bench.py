@@ -60,7 +60,7 @@ class Bench:
     def continuous(self, causality: str) -> tuple[Variable, ...]:
         """Return the continuous inputs or outputs."""
         found = self.description.with_causality(causality)
-        return tuple(v for v in found if v.type == "Real" and v.variability == "continuous")
+        return tuple(v for v in found if v.is_continuous)
 
     @property
     def plan(self) -> Plan:

@@ -127,7 +127,7 @@ class Run:
         return tuple(
             variable.name
             for variable in self._driven
-            if _follows_lines(variable) and any(stimuli.slope(variable.name, time) for time in self.points[:-1])
+            if variable.is_continuous and any(stimuli.slope(variable.name, time) for time in self.points[:-1])
         )
 
     def results(self, instance: Instance, advance: Advance = Instance.step) -> list[Result]:
@@ -159,14 +159,14 @@ class Run:
         if stimuli is None:
             return
         for variable in self._driven:
-            value = stimuli.value(variable.name, time, interpolate=_follows_lines(variable))
+            value = stimuli.value(variable.name, time, interpolate=variable.is_continuous)
             instance.must_set(variable, _typed(variable, value))
 
     def _set_slopes(self, instance: Instance, time: float) -> None:
         stimuli = self._experiment.stimuli
         if stimuli is None or not self._interpolates:
             return
-        slopes = {v: stimuli.slope(v.name, time) for v in self._driven if _follows_lines(v)}
+        slopes = {v: stimuli.slope(v.name, time) for v in self._driven if v.is_continuous}
         slopes = {variable: slope for variable, slope in slopes.items() if slope}
         if slopes:
             instance.judge("SetRealInputDerivatives", instance.set_slopes(slopes))
@@ -178,10 +178,6 @@ def _first(*values: float | None) -> float:
 
 def _among(time: float, points: list[float]) -> bool:
     return any(same_time(time, point) for point in points)
-
-
-def _follows_lines(variable: Variable) -> bool:
-    return variable.type == "Real" and variable.variability == "continuous"
 
 
 def _typed(variable: Variable, value: float) -> Value:

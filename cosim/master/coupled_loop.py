@@ -17,10 +17,10 @@ import numpy as np
 from cosim.errors import LoopError, SlaveError, format_time
 from cosim.master.loop.root_finding import Trial, UnsolvedError
 from cosim.master.loop.solver import LoopSolver
-from cosim.master.ports import Channel, Part, Span
+from cosim.master.wiring import Channel, Node, Span
 from cosim.system.dependency import Loop
 from cosim.system.signals import FloatArray
-from cosim.system.structure import split_name
+from cosim.system.structure import Port
 
 _DISCARD = "fmi2Discard"
 
@@ -33,7 +33,7 @@ class CoupledLoop:
 
     Parameters
     ----------
-    parts : tuple of Part
+    nodes : tuple of Node
         In stepping order.
     tolerance : float
         How well tried and returned values agree in the end, relative to the greater of value and nominal value.
@@ -42,23 +42,23 @@ class CoupledLoop:
 
     Attributes
     ----------
-    parts : tuple of Part
+    nodes : tuple of Node
         As given.
     torn : tuple of Channel
         The connections whose values are the unknowns.
     """
 
-    def __init__(self, parts: tuple[Part, ...], tolerance: float, explain: Explain) -> None:
-        self.parts = parts
-        place = {part.name: index for index, part in enumerate(parts)}
+    def __init__(self, nodes: tuple[Node, ...], tolerance: float, explain: Explain) -> None:
+        self.nodes = nodes
+        place = {node.name: index for index, node in enumerate(nodes)}
         self.torn = tuple(
             channel
-            for index, part in enumerate(parts)
-            for channel in part.channels
-            if channel.continuous and place.get(split_name(channel.source)[0], -1) >= index
+            for index, node in enumerate(nodes)
+            for channel in node.channels
+            if channel.continuous and place.get(channel.source.component, -1) >= index
         )
         self._explain = explain
-        self._names = tuple(channel.target.name for channel in self.torn)
+        self._unknowns = tuple(channel.target.port for channel in self.torn)
         self._scale = np.array([channel.nominal for channel in self.torn])
         variables = [channel.target.variable for channel in self.torn]
         low = np.array([-np.inf if variable.minimum is None else variable.minimum for variable in variables])
@@ -78,7 +78,7 @@ class CoupledLoop:
         begin = np.array([float(channel.target.variable.start or 0.0) for channel in self.torn])
         return self._solve(self._starter, self._exchange, begin, 0, time)[1]
 
-    def close(self, begin: int, end: int, span: Span, slot: int, held: Collection[str]) -> int:
+    def close(self, begin: int, end: int, span: Span, slot: int, held: Collection[Port]) -> int:
         """Step all components from one row to another until their values agree.
 
         Parameters
@@ -89,8 +89,8 @@ class CoupledLoop:
             The time of the step.
         slot : int
             Where the states at its beginning are kept.
-        held : collection of str
-            Names of inputs that jump at the beginning, and are held at what they are at the end.
+        held : collection of Port
+            Inputs that jump at the beginning, and are held at what they are at the end.
 
         Returns
         -------
@@ -116,7 +116,7 @@ class CoupledLoop:
 
         last, sweeps = self._solve(self._solver, sweep, first + span.size * self._slopes, end, span.time)
         self._settle(begin, end, span, last)
-        jumped = np.array([name in held for name in self._names])
+        jumped = np.array([port in held for port in self._unknowns])
         self._slopes = np.where(jumped, 0.0, (last - first) / span.size)
         return sweeps
 
@@ -132,14 +132,14 @@ class CoupledLoop:
     def step_once(self, begin: int, end: int, span: Span) -> None:
         """Step all components once, what is torn held at its value at the beginning, as Gauss-Seidel does."""
         first = self._outputs(begin)
-        held = {channel.target.name for part in self.parts for channel in part.channels}
+        held = {channel.target.port for node in self.nodes for channel in node.channels}
         self._sweep(begin, end, span, held, first)
         self._settle(begin, end, span, first)
 
     def restore(self, slot: int) -> None:
         """Return all components to a state."""
-        for part in self.parts:
-            part.slave.restore(slot)
+        for node in self.nodes:
+            node.slave.restore(slot)
 
     def _solve(
         self, solver: LoopSolver, step: Callable[[FloatArray], None], start: FloatArray, row: int, time: float
@@ -165,25 +165,25 @@ class CoupledLoop:
             raise self._explain(self, failure, row, time) from None
         return scaled * self._scale, trials
 
-    def _sweep(self, begin: int, end: int, span: Span, held: Collection[str], tried: FloatArray) -> None:
+    def _sweep(self, begin: int, end: int, span: Span, held: Collection[Port], tried: FloatArray) -> None:
         """Step all components once with tried values."""
-        values = dict(zip(self._names, tried.tolist(), strict=True))
-        for part in self.parts:
-            part.lead(begin, end, span, held, values)
+        values = dict(zip(self._unknowns, tried.tolist(), strict=True))
+        for node in self.nodes:
+            node.lead(begin, end, span, held, values)
 
     def _settle(self, begin: int, end: int, span: Span, last: FloatArray) -> None:
         """Note the values at the end of the step."""
-        values = dict(zip(self._names, last.tolist(), strict=True))
-        for part in self.parts:
-            part.settle(begin, end, span, values)
+        values = dict(zip(self._unknowns, last.tolist(), strict=True))
+        for node in self.nodes:
+            node.settle(begin, end, span, values)
 
     def _exchange(self, tried: FloatArray) -> None:
         """Give all components tried values in initialization mode, and ask for theirs."""
-        values = dict(zip(self._names, tried.tolist(), strict=True))
-        for part in self.parts:
-            part.gather_initial(values)
-            part.slave.write(0)
-            part.slave.read(0)
+        values = dict(zip(self._unknowns, tried.tolist(), strict=True))
+        for node in self.nodes:
+            node.gather_initial(values)
+            node.slave.write(0)
+            node.slave.read(0)
 
     def _outputs(self, row: int) -> FloatArray:
         """Return what the sources of the torn connections put out."""
@@ -199,7 +199,7 @@ _ACCURACY = 1e-4
 
 
 def reporter(
-    loops: Collection[Loop], guards: Callable[[int], Collection[str]]
+    loops: Collection[Loop], guards: Callable[[int], Collection[Port]]
 ) -> Callable[[CoupledLoop, UnsolvedError, int, float], LoopError]:
     """Return what puts failures of loops into words.
 
@@ -216,7 +216,7 @@ def reporter(
         channel = loop.torn[worst]
         path = _path(loop, channel, loops)
         residual = abs(float(failure.best.residual[worst])) * channel.nominal
-        names = [name for name in guards(row) if name.partition(".")[0] in {part.name for part in loop.parts}]
+        names = [port for port in guards(row) if port.component in {node.name for node in loop.nodes}]
         active = f"; {' and '.join(names)} {'is' if len(names) == 1 else 'are'} on there" if names else ""
         sentence = (
             f"t = {format_time(time)} s: {' -> '.join((*path, path[0]))} {_verdict(failure, channel, worst)}{active}. "
@@ -227,27 +227,27 @@ def reporter(
     return explain
 
 
-def _path(loop: CoupledLoop, channel: Channel, loops: Collection[Loop]) -> tuple[str, ...]:
+def _path(loop: CoupledLoop, channel: Channel, loops: Collection[Loop]) -> tuple[Port, ...]:
     """Name the loop: the algebraic one that holds the connection, or else the connections that were tried."""
     for known in loops:
-        if channel.target.name in known.variables:
+        if channel.target.port in known.variables:
             return known.path
     others = [other for other in loop.torn if other is not channel]
-    return tuple(name for one in (channel, *others) for name in (one.source, one.target.name))
+    return tuple(port for one in (channel, *others) for port in (one.source, one.target.port))
 
 
 def _verdict(failure: UnsolvedError, channel: Channel, index: int) -> str:
     """Say why there is no solution, or that none was found."""
     if failure.jump is None:
         tried = _quantity(float(failure.best.values[index]) * channel.nominal, channel)
-        return f"does not close: no solution was found, the nearest was {channel.target.name} = {tried}"
+        return f"does not close: no solution was found, the nearest was {channel.target.port} = {tried}"
     low, high = failure.jump
     place = _quantity(float(low.values[0]) * channel.nominal, channel)
     below, above = (_quantity(_answer(trial, channel), channel) for trial in (low, high))
     if max(low.miss, high.miss) < _ACCURACY:
-        return f"closes only as well as its components compute: round {channel.target.name} = {place}"
+        return f"closes only as well as its components compute: round {channel.target.port} = {place}"
     return (
-        f"has no solution: where {channel.target.name} passes {place}, {channel.source} jumps from {below} to {above}"
+        f"has no solution: where {channel.target.port} passes {place}, {channel.source} jumps from {below} to {above}"
     )
 
 

@@ -31,7 +31,7 @@ from cosim.system.compatibility import check_system
 from cosim.system.dependency import feedthrough_loops, stepping_order
 from cosim.system.description import BASE_UNITS, Description, Unit
 from cosim.system.signals import Value
-from cosim.system.structure import System, split_name
+from cosim.system.structure import System
 
 log = logging.getLogger("cosim")
 
@@ -145,8 +145,8 @@ def _expose(
     `inside` says what the components are called there.
     """
     for connection in system.connections:
-        (source, output), (target, given) = split_name(connection.source), split_name(connection.target)
-        container.add_link(inside[source], output, inside[target], given)
+        source, target = connection.source, connection.target
+        container.add_link(inside[source.component], source.variable, inside[target.component], target.variable)
     driven = {connection.target for connection in system.connections}
     free = [
         (component, variable)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from cosim.errors import SspError
 from cosim.system.description import Description
 from cosim.system.signals import Change, Signal, Value, signal_of_change
-from cosim.system.structure import Component, Connection, System, split_name
+from cosim.system.structure import Component, Connection, Port, System
 
 MODEL = "DrillingProgram"
 _CHANGE_OF = {"Omega": "speed", "speed_ref": "speed", "bit_speed_ref": "speed", "WOB": "WOB"}
@@ -25,7 +25,7 @@ class _Program:
     """The changes one component makes, and the inputs it drives."""
 
     changes: dict[str, Change] = field(default_factory=dict[str, Change])
-    connections: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
+    targets: list[Port] = field(default_factory=list[Port])
 
 
 def as_components(system: System) -> tuple[System, frozenset[str]]:
@@ -42,10 +42,9 @@ def as_components(system: System) -> tuple[System, frozenset[str]]:
     programs: list[_Program] = []
     values: dict[str, Value] = {}
     for target, signal in system.inputs.items():
-        _, output = split_name(target)
-        change = signal.change if output in _CHANGE_OF else None
+        change = signal.change if target.variable in _CHANGE_OF else None
         if change is not None:
-            _place(programs, target, output, change)
+            _place(programs, target, change)
         elif signal.held is not None:
             values[target] = signal.held
         else:
@@ -56,9 +55,9 @@ def as_components(system: System) -> tuple[System, frozenset[str]]:
     names = _names(system, len(programs))
     added = tuple(Component(name, MODEL, _parameters(part.changes)) for name, part in zip(names, programs, strict=True))
     connections = [
-        Connection(f"{name}.{output}", target)
+        Connection(Port(name, target.variable), target)
         for name, part in zip(names, programs, strict=True)
-        for output, target in part.connections
+        for target in part.targets
     ]
     bare = System(system.components, system.connections).with_values(values)
     return System((*added, *bare.components), (*connections, *bare.connections)), frozenset(names)
@@ -79,18 +78,18 @@ def as_signals(system: System, marked: Mapping[str, Description]) -> System:
     SspError
         If a marked component does something that signals cannot.
     """
-    inputs: dict[str, Signal] = {}
+    inputs: dict[Port, Signal] = {}
     for component in system.components:
         if component.name in marked:
             inputs |= _signals(component, system.connections, marked[component.name])
     components = tuple(component for component in system.components if component.name not in marked)
-    connections = tuple(c for c in system.connections if split_name(c.source)[0] not in marked)
+    connections = tuple(c for c in system.connections if c.source.component not in marked)
     return System(components, connections, inputs)
 
 
-def _place(programs: list[_Program], target: str, output: str, change: Change) -> None:
+def _place(programs: list[_Program], target: Port, change: Change) -> None:
     """Let the first program that can, or else a new one, make the change."""
-    part = _CHANGE_OF[output]
+    part = _CHANGE_OF[target.variable]
     for program in programs:
         if program.changes.get(part, change) == change:
             break
@@ -98,7 +97,7 @@ def _place(programs: list[_Program], target: str, output: str, change: Change) -
         program = _Program()
         programs.append(program)
     program.changes[part] = change
-    program.connections.append((output, target))
+    program.targets.append(target)
 
 
 def _names(system: System, count: int) -> list[str]:
@@ -117,18 +116,18 @@ def _parameters(changes: Mapping[str, Change]) -> dict[str, Value]:
     }
 
 
-def _signals(component: Component, connections: Sequence[Connection], description: Description) -> dict[str, Signal]:
+def _signals(component: Component, connections: Sequence[Connection], description: Description) -> dict[Port, Signal]:
     """Read the signals that a component stands for."""
     label = f"{component.name} is marked as standing for signals"
-    signals: dict[str, Signal] = {}
+    signals: dict[Port, Signal] = {}
     for name in component.parameters:
         if name.rpartition("_")[0] not in _CHANGE_OF.values():
             raise SspError(f"{label}, but sets {name}; expected parameters of the changes of speed and WOB only")
     for connection in connections:
-        source, output = split_name(connection.source)
-        if split_name(connection.target)[0] == component.name:
+        output = connection.source.variable
+        if connection.target.component == component.name:
             raise SspError(f"{label}, but {connection.source} drives {connection.target}; expected no input")
-        if source != component.name:
+        if connection.source.component != component.name:
             continue
         if output not in _CHANGE_OF:
             raise SspError(f"{label}, but puts out {output}; expected one of {', '.join(_CHANGE_OF)}")

@@ -13,7 +13,7 @@ import numpy as np
 
 from cosim.check.examination.bench import Bench
 from cosim.check.examination.exercise import Exercise, Runner
-from cosim.check.examination.instance import Exchange, Instance
+from cosim.check.examination.instance import Instance, VariableExchange
 from cosim.check.examination.simulate import Run
 from cosim.check.examination.states import unclaimed
 from cosim.check.verdict import Outcome, failed, not_checked, passed, sample
@@ -191,7 +191,7 @@ class _Track:
 
     def __init__(self, outputs: tuple[Variable, ...]) -> None:
         self._outputs = outputs
-        self._exchange = Exchange("Real", outputs)
+        self._exchange = VariableExchange("Real", outputs)
         self._values: list[list[float]] = []
         self._differences: list[list[float]] = []
         self._given: list[list[float]] = []

@@ -13,17 +13,22 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, cast
 
-from cosim.check.examination.library import CO_SIMULATION, ELEMENTS, Library
+from cosim.check.examination.library import Library
 from cosim.errors import format_time
+from cosim.fmi2.functions import (
+    ACCEPTED,
+    CO_SIMULATION,
+    DISCARD,
+    ELEMENTS,
+    ERROR,
+    FATAL,
+    TERMINATED,
+    set_one,
+    status_name,
+)
 from cosim.fmi2.log import Journal
 from cosim.system.description import Variable
 from cosim.system.signals import Value
-
-OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
-STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
-ACCEPTED = (OK, WARNING)
-TERMINATED = 3
-"""The fmi2StatusKind that tells whether the FMU wants to end."""
 
 BASE_TYPES = ("Real", "Integer", "Boolean", "String")
 
@@ -39,8 +44,7 @@ class CallError(Exception):
     def __init__(self, function: str, status: int, time: float, reason: str) -> None:
         self.function = function
         self.status = status
-        name = STATUS[status] if 0 <= status < len(STATUS) else f"the illegal status {status}"
-        sentence = f"fmi2{function} returned {name} at t = {format_time(time)} s"
+        sentence = f"fmi2{function} returned {status_name(status)} at t = {format_time(time)} s"
         super().__init__(f"{sentence}: {reason}" if reason else sentence)
 
 
@@ -162,9 +166,7 @@ class Instance:
 
     def set(self, variable: Variable, value: Value) -> int:
         """Set one variable and return the status."""
-        element = value.encode() if isinstance(value, str) else value
-        array = ELEMENTS[base_type(variable)](element)
-        return self.call(f"Set{base_type(variable)}", references([variable]), 1, byref(array))
+        return set_one(self.call, base_type(variable), variable.reference, value)
 
     def must_set(self, variable: Variable, value: Value) -> None:
         """Set one variable; CallError if that fails."""
@@ -240,7 +242,7 @@ def references(variables: Sequence[Variable]) -> Any:
     return (c_uint * len(variables))(*(variable.reference for variable in variables))
 
 
-class Exchange:
+class VariableExchange:
     """Variables of one base type, got or set together on memory laid out once.
 
     Parameters
@@ -268,7 +270,7 @@ class Exchange:
         instance.must(f"Set{self.kind}", self._references, len(self.variables), self._values)
 
 
-def exchanges(variables: Sequence[Variable]) -> tuple[Exchange, ...]:
+def exchanges(variables: Sequence[Variable]) -> tuple[VariableExchange, ...]:
     """Return variables grouped by base type, those without any left out."""
     groups = {kind: [v for v in variables if base_type(v) == kind] for kind in BASE_TYPES}
-    return tuple(Exchange(kind, group) for kind, group in groups.items() if group)
+    return tuple(VariableExchange(kind, group) for kind, group in groups.items() if group)

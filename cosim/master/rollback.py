@@ -22,7 +22,7 @@ from cosim.master.stepper import Explicit, Implicit
 from cosim.master.wiring import Node, driven_inputs, wire
 from cosim.recording.record import Block, Window, allocate_block, allocate_slopes, initial_value
 from cosim.system.compatibility import StartValues
-from cosim.system.dependency import Group, feedthrough_loops, feedthrough_reach, stepping_groups, stepping_order
+from cosim.system.dependency import SteppingGroup, feedthrough_loops, feedthrough_reach, stepping_groups, stepping_order
 from cosim.system.description import Description, Variable
 from cosim.system.method import EXPLICIT, Method
 from cosim.system.signals import Value
@@ -181,7 +181,7 @@ class RollbackPlan:
 
     Attributes
     ----------
-    groups : tuple of Group
+    groups : tuple of SteppingGroup
         Components in stepping order; those of a coupled group are repeated until their values agree.
     last : tuple of str
         Components stepped when a step is kept, as they cannot be taken back.
@@ -189,7 +189,7 @@ class RollbackPlan:
         Components whose states are kept at the beginning of a step.
     """
 
-    groups: tuple[Group, ...]
+    groups: tuple[SteppingGroup, ...]
     last: tuple[str, ...]
     saved: tuple[str, ...]
 
@@ -209,7 +209,7 @@ def plan_rollback(system: System, descriptions: Mapping[str, Description], metho
         continuous = [connection for connection in system.connections if _moves(connection, descriptions)]
         groups = stepping_groups(system, descriptions, continuous)
     else:
-        groups = tuple(Group((name,), False) for name in stepping_order(system, descriptions, method.order))
+        groups = tuple(SteppingGroup((name,), False) for name in stepping_order(system, descriptions, method.order))
     for group in groups:
         if group.coupled:
             what = f"the {method.algorithm} algorithm repeats the steps of {_list(group.components)}"

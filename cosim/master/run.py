@@ -34,14 +34,14 @@ def window_size(steps: int) -> int:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What it takes to go on from between two windows, but for the states of the components.
+    """What it takes to go on from between two windows; kept in a file, it is a checkpoint.
 
     Attributes
     ----------
     notes : mapping
         What JSON can hold.
     arrays : mapping of str to ndarray
-        By name.
+        By name; states of FMUs are of uint8.
     """
 
     notes: Mapping[str, Any]

@@ -39,7 +39,7 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Group:
+class SteppingGroup:
     """Components to be stepped together.
 
     Attributes
@@ -100,7 +100,7 @@ def feedthrough_reach(system: System, descriptions: Mapping[str, Description]) -
 
 def stepping_groups(
     system: System, descriptions: Mapping[str, Description], connections: Iterable[Connection]
-) -> tuple[Group, ...]:
+) -> tuple[SteppingGroup, ...]:
     """Derive a stepping order: what is depended on comes first, and what depends on each other forms a group.
 
     In a group something has to be stepped with old values. It is the component through which a connection within the
@@ -122,7 +122,7 @@ def stepping_groups(
     groups = _groups(names, edges)
     through = {name: _feeds_through(name, group, counted, descriptions) for group in groups for name in group}
     leading_back = {name for name in names if name in _reachable(name, edges)}
-    return tuple(Group(_ordered(group, edges, through), leading_back.issuperset(group)) for group in groups)
+    return tuple(SteppingGroup(_ordered(group, edges, through), leading_back.issuperset(group)) for group in groups)
 
 
 def stepping_order(

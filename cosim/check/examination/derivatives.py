@@ -14,7 +14,7 @@ import numpy as np
 from cosim.check.examination.bench import Bench
 from cosim.check.examination.exercise import Exercise, Runner
 from cosim.check.examination.instance import Instance, VariableExchange
-from cosim.check.examination.simulate import Run
+from cosim.check.examination.simulate import ExperimentRun
 from cosim.check.examination.states import unclaimed
 from cosim.check.verdict import Outcome, failed, not_checked, passed, sample
 from cosim.system.description import Variable
@@ -233,5 +233,5 @@ def _tracks(bench: Bench, outputs: tuple[Variable, ...]) -> Generator[_Track]:
     for experiment in bench.experiments:
         track = _Track(outputs)
         with bench.instance(experiment.name) as instance:
-            Run(bench.description, experiment).results(instance, track.advance)
+            ExperimentRun(bench.description, experiment).results(instance, track.advance)
         yield track

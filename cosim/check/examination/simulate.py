@@ -28,7 +28,7 @@ def check_experiment(bench: Bench, name: str) -> Outcome:
     experiment = next(each for each in bench.experiments if each.name == name)
     if experiment.references is None:
         return not_checked("it has no reference results")
-    run = Run(description, experiment)
+    run = ExperimentRun(description, experiment)
     if experiment.tolerances and run.sloping and not description.can_interpolate_inputs:
         return not_checked(f"{', '.join(run.sloping)}: has slopes, and canInterpolateInputs is not claimed")
     if not run.compared:
@@ -50,7 +50,7 @@ def _compare(experiment: Experiment, references: Series, result: Result, step: f
     return compare(experiment.name, result, references, tolerance)
 
 
-def _outcome(run: Run, comparisons: list[Comparison]) -> Outcome:
+def _outcome(run: ExperimentRun, comparisons: list[Comparison]) -> Outcome:
     if not comparisons:
         return failed("the reference holds no time within the run", "at least one")
     wrong = [comparison for comparison in comparisons if comparison.verdict is Verdict.FAILED]
@@ -67,7 +67,7 @@ def _outcome(run: Run, comparisons: list[Comparison]) -> Outcome:
     return (failed if wrong else passed)(found, "see below", done=run.title, data=data)
 
 
-class Run:
+class ExperimentRun:
     """An experiment on an FMU: its communication points, its inputs, and what is read.
 
     Parameters

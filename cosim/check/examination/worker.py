@@ -36,7 +36,7 @@ EXPERIMENT = "experiment:"
 
 
 @dataclass(frozen=True)
-class Job:
+class CheckJob:
     """What a worker does.
 
     Attributes
@@ -79,16 +79,16 @@ class Progress:
         self._file.flush()
 
 
-class Worker:
+class CheckWorker:
     """Does the checks of a job, one after another.
 
     Parameters
     ----------
-    job : Job
+    job : CheckJob
         What to do.
     """
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: CheckJob) -> None:
         self._job = job
         self._folder = Path(job.folder)
         self._progress = Progress(self._folder / JOURNAL)
@@ -163,7 +163,7 @@ def main() -> None:
     """Do the job described in a file."""
     logging.getLogger("cosim").addHandler(logging.NullHandler())
     logging.getLogger("cosim").propagate = False
-    Worker(Job(**json.loads(Path(sys.argv[1]).read_text(encoding="utf-8")))).work()
+    CheckWorker(CheckJob(**json.loads(Path(sys.argv[1]).read_text(encoding="utf-8")))).work()
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ beforehand go another way, by `cosim.master.fixed_step` or the same in C.
 Implicit: every step is repeated until what each component was given is what the others put out at its end.
 
 Components are stepped in an order in which all that a component depends on comes before it. Those that depend on each
-other form a loop, which is closed by `loop.coupled`; the others are stepped once, with inputs that are final. Values
+other form a loop, which is closed by `coupled_loop`; the others are stepped once, with inputs that are final. Values
 that do not change continuously (Integer, Boolean, discrete Real) are not iterated: they hold over a step what they are
 at its beginning.
 

@@ -13,8 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from cosim.check.examination.exercise import Exercise, Plan, Record
-from cosim.check.examination.instance import Instance
-from cosim.check.examination.library import Library
+from cosim.check.examination.instance import Instance, Library
 from cosim.check.reference import Experiment
 from cosim.check.verdict import Outcome, failed, noted, passed
 from cosim.fmi2.functions import ACCEPTED, OK

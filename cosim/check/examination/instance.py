@@ -2,33 +2,105 @@
 
 `cosim.fmi2.fmu_slave` is for runs that should succeed; this is for finding out what an FMU does.
 
+The functions are bound so that the last one called is known even after a crash.
+
 Many variables got or set at once, on memory laid out beforehand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import mmap
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p, create_string_buffer
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, cast
 
-from cosim.check.examination.library import Library
 from cosim.errors import format_time
 from cosim.fmi2.functions import (
     ACCEPTED,
+    CALLS,
     CO_SIMULATION,
     DISCARD,
     ELEMENTS,
     ERROR,
     FATAL,
     TERMINATED,
+    bind,
     set_one,
     status_name,
 )
 from cosim.fmi2.log import Journal
-from cosim.system.description import Variable
+from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
+
+
+class CallTrace:
+    """The name of the last function called, in a file that survives a crash of this process.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it is made.
+    """
+
+    _LENGTH = 64
+
+    def __init__(self, path: Path) -> None:
+        path.write_bytes(bytes(self._LENGTH))
+        with path.open("r+b") as file:
+            self._memory = mmap.mmap(file.fileno(), self._LENGTH)
+
+    def mark(self, name: bytes) -> None:
+        """Note a function, its name padded by `padded`."""
+        self._memory[:] = name
+
+    @classmethod
+    def padded(cls, name: str) -> bytes:
+        """Return a name as `mark` takes it."""
+        return name.encode()[: cls._LENGTH].ljust(cls._LENGTH, b"\0")
+
+    @staticmethod
+    def read(path: Path) -> str:
+        """Return the function noted last; empty if there is none."""
+        return path.read_bytes().rstrip(b"\0").decode() if path.is_file() else ""
+
+
+class Library:
+    """The functions of a loaded FMU.
+
+    Parameters
+    ----------
+    loaded : fmpy.fmi2.FMU2Slave
+        From `cosim.fmi2.library.loaded_fmu`.
+    description : Description
+        Of the FMU.
+    trace : CallTrace
+        Told of every call.
+    """
+
+    def __init__(self, loaded: Any, description: Description, trace: CallTrace) -> None:
+        self.description = description
+        self.folder = str(loaded.unzipDirectory)
+        self._library = loaded.dll
+        self._trace = trace
+        self.functions = {name: self._traced(name) for name in CALLS}
+        self.instantiate = self._traced("Instantiate")
+        self.free = self._traced("FreeInstance")
+        self.version = self._traced("GetVersion")
+        self.types_platform = self._traced("GetTypesPlatform")
+
+    def _traced(self, name: str) -> Callable[..., Any]:
+        """Return a function of the library that notes its name before each call."""
+        function = bind(self._library, name)
+        label, mark = CallTrace.padded(f"fmi2{name}"), self._trace.mark
+
+        def traced(*arguments: Any) -> Any:
+            mark(label)
+            return function(*arguments)
+
+        return traced
+
 
 BASE_TYPES = ("Real", "Integer", "Boolean", "String")
 

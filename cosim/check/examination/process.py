@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from cosim.check.examination.behaviour import ALONE
-from cosim.check.examination.library import CallTrace
+from cosim.check.examination.instance import CallTrace
 from cosim.check.examination.worker import JOURNAL, TRACE, UNLOADING, CheckJob
 from cosim.check.verdict import Outcome, Verdict, failed, noted
 from cosim.fmi2.isolation.process import end_session, fault

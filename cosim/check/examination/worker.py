@@ -17,8 +17,7 @@ from typing import Any
 from cosim.check.examination.behaviour import CHECKS
 from cosim.check.examination.bench import Bench
 from cosim.check.examination.exercise import Plan
-from cosim.check.examination.instance import CallError
-from cosim.check.examination.library import CallTrace, Library
+from cosim.check.examination.instance import CallError, CallTrace, Library
 from cosim.check.examination.simulate import check_experiment
 from cosim.check.reference import Experiment, model_names, read_reference
 from cosim.check.verdict import Outcome, Verdict, failed, not_checked

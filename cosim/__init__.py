@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
     from cosim.system.method import Method
-    from cosim.system.signals import Constant, Signal, Step, Table, ramp, read_table
+    from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp, read_table
     from cosim.system.structure import Component, Connection, PowerBond, System
 
     __version__: str
@@ -33,6 +33,7 @@ __all__ = [
     "LoopError",
     "Method",
     "PowerBond",
+    "Ramp",
     "Result",
     "RunError",
     "Scenario",
@@ -62,6 +63,7 @@ _HOMES = {
     "LoopError": "cosim.errors",
     "Method": "cosim.system.method",
     "PowerBond": "cosim.system.structure",
+    "Ramp": "cosim.system.signals",
     "Result": "cosim.recording.result",
     "RunError": "cosim.errors",
     "Scenario": "cosim.scenario.scenario",

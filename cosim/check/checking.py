@@ -11,7 +11,7 @@ from pathlib import Path
 from cosim.check import file
 from cosim.check.examination.behaviour import BEHAVIOUR, CHECKS
 from cosim.check.examination.process import Ended, Told, run_in_turn
-from cosim.check.examination.worker import EXPERIMENT, UNLOADING, Job
+from cosim.check.examination.worker import EXPERIMENT, UNLOADING, CheckJob
 from cosim.check.reference import Experiment, holds_reference, model_names, read_reference
 from cosim.check.verdict import Comparison, Finding, Group, Outcome, Report, Verdict, counted, failed, not_checked
 from cosim.errors import FmuFileError, InputError
@@ -125,7 +125,7 @@ class _Checking:
     def _behaviour_and_reference(self, description: Description) -> None:
         experiments, folder = self._experiments(description)
         names = [*CHECKS, *(EXPERIMENT + experiment.name for experiment in experiments)]
-        job = Job(str(self._path), str(self._folder), names, None if folder is None else str(folder))
+        job = CheckJob(str(self._path), str(self._folder), names, None if folder is None else str(folder))
         ended = {each.name: each for each in run_in_turn(job, self._time_limit, self._tell_plainly)}
         if UNLOADING in ended:
             self._add(Group.BEHAVIOUR, UNLOADING, "unload the library, end the process", ended[UNLOADING].outcome)

@@ -96,7 +96,7 @@ def _at(result: Result, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     nearer = np.where(np.abs(result.times[before] - times) < np.abs(result.times[places] - times), before, places)
     pairs = zip(result.times[nearer].tolist(), times.tolist(), strict=True)
     shared = np.array([same_time(one, other) for one, other in pairs], dtype=bool)
-    if shared.sum() * 2 >= len(times) or result.variable.variability != "continuous":
+    if shared.sum() * 2 >= len(times) or not result.variable.is_continuous:
         return times[shared], result.values[nearer[shared]]
     return times, np.interp(times, result.times, result.values)
 
@@ -109,7 +109,7 @@ def _band(
     for place, time in enumerate(float(time) for time in at):
         rounding = SAME_TIME * max(1.0, abs(time))
         near = values[np.abs(times - time) <= reach + rounding]
-        if reach > 0.0 and variable.variability == "continuous":
+        if reach > 0.0 and variable.is_continuous:
             near = np.append(near, np.interp([time - reach, time + reach], times, values))
         elif reach > 0.0:
             held = int(np.searchsorted(times, time - reach + rounding, side="right")) - 1

@@ -112,7 +112,7 @@ def measure(result: Result, component: str = "plant") -> Measures | None:
     )
 
 
-def _mean_speed(time: FloatArray, bit_angle: FloatArray, window: Window) -> float:
+def _mean_speed(time: FloatArray, bit_angle: FloatArray, window: MeasuringWindow) -> float:
     """Divide angle by time; while the bit is held its angle is what it was at the stop."""
     angle = bit_angle[window.last] - bit_angle[window.first]
     duration = window.end - window.start if window.held else time[window.last] - time[window.first]
@@ -207,7 +207,7 @@ _PATIENCE = 1.5
 
 
 @dataclass(frozen=True)
-class Window:
+class MeasuringWindow:
     """Times and rows between which to measure.
 
     Attributes
@@ -239,7 +239,7 @@ class Window:
     held: bool = True
 
 
-def choose_window(time: FloatArray, stops: Stops) -> Window:
+def choose_window(time: FloatArray, stops: Stops) -> MeasuringWindow:
     """Choose what to measure.
 
     The window is the last whole number of periods, from stop to stop: as many settled ones as fit into 20 s, but at
@@ -271,7 +271,7 @@ def choose_window(time: FloatArray, stops: Stops) -> Window:
     return window
 
 
-def _whole_periods(stops: Stops, m: int) -> Window:
+def _whole_periods(stops: Stops, m: int) -> MeasuringWindow:
     """Span settled periods of m stops, from a stop to a stop at whose communication points the bit is still held.
 
     Only then is the bit's angle at the stops known. Long steps may leave no such pair; then the last stop will do.
@@ -292,20 +292,20 @@ def _whole_periods(stops: Stops, m: int) -> Window:
     return replace(window, period=(window.end - window.start) / periods, stops_per_period=m)
 
 
-def _between_stops(stops: Stops, first: int, last: int, what: str) -> Window:
+def _between_stops(stops: Stops, first: int, last: int, what: str) -> MeasuringWindow:
     """Span the time from one stop to another."""
     start, end = float(stops.times[first]), float(stops.times[last])
     row = int(stops.rows[first])
     held = bool(stops.held[first] and stops.held[last])
     text = f"{what}, stop to stop, {start:.6g} s to {end:.6g} s"
     text += "" if held else "; mean speed between the communication points after them"
-    return Window(start, end, row, int(stops.rows[last]), row, text, held=held)
+    return MeasuringWindow(start, end, row, int(stops.rows[last]), row, text, held=held)
 
 
-def _last_seconds(time: FloatArray, why: str) -> Window:
+def _last_seconds(time: FloatArray, why: str) -> MeasuringWindow:
     """Span the last 20 s between communication points, or the whole of a shorter run."""
     first = max(0, int(np.searchsorted(time, float(time[-1]) - WINDOW * (1 + 1e-12))))
     first = min(first, time.size - 2)
     start, end = float(time[first]), float(time[-1])
     what = "the whole run" if first == 0 else f"the last {end - start:.6g} s"
-    return Window(start, end, first, time.size - 1, first + 1, f"{what}, {start:.6g} s to {end:.6g} s{why}")
+    return MeasuringWindow(start, end, first, time.size - 1, first + 1, f"{what}, {start:.6g} s to {end:.6g} s{why}")

@@ -1,32 +1,42 @@
 """Run an FMI 2.0 co-simulation FMU as a slave.
 
-Before and after stepping, calls go through fmpy. The three that every step needs do not: they are the bare functions of
-the library, on addresses within the recording, because fmpy's wrappers build new arrays for each call, which costs more
-than many an FMU takes for a step. States that a master may return to are kept by number.
+Every step's calls are bound to addresses within the recording, which are good for as long as the block is kept. States
+that a master may return to are kept by number.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
-from ctypes import byref, c_char, c_double, c_int, c_size_t, c_void_p
-from functools import partial
+from ctypes import byref, c_char, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
-from typing import Any, Protocol
-
-from fmpy.fmi1 import FMICallException  # pyright: ignore[reportMissingTypeStubs]
+from typing import Any
 
 from cosim.errors import RunError, SlaveError
-from cosim.fmi2.library import Calls, Exchange, SlopeExchange, bound, exchange, loaded_fmu, slope_exchange
+from cosim.fmi2.functions import (
+    ACCEPTED,
+    CO_SIMULATION,
+    DISCARD,
+    ELEMENTS,
+    FATAL,
+    TERMINATED,
+    WARNING,
+    SectionExchange,
+    SlopeExchange,
+    StepCalls,
+    bind,
+    exchange,
+    set_one,
+    slope_exchange,
+    status_name,
+)
+from cosim.fmi2.library import loaded_fmu
 from cosim.fmi2.log import Journal
 from cosim.recording.record import BASE_TYPES, Block, base_type
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
 
-_STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
-_WARNING, _DISCARD, _FATAL = 1, 2, 4
 _TRANSIT = -1  # slot of a state on its way to or from bytes
-_TERMINATED = 3  # fmi2StatusKind fmi2Terminated
 
 
 class FmuSlave:
@@ -57,16 +67,15 @@ class FmuSlave:
         self._worst = 0
         self._started = False
         self._block: Block
-        self._reads: tuple[Exchange, ...] = ()
-        self._writes: tuple[Exchange, ...] = ()
+        self._reads: tuple[SectionExchange, ...] = ()
+        self._writes: tuple[SectionExchange, ...] = ()
         self._slopes: SlopeExchange | None = None
         self._output_slopes: SlopeExchange | None = None
         self._states: KeptStates | None = None
         self._times: dict[int, float] = {}
         self._asked: dict[Variable, Value] = {}
-        self._instantiate()
-        self._instance = c_void_p(fmu.component)
-        self._do_step = bound(self._fmu.dll, "fmi2DoStep", (c_void_p, c_double, c_double, c_int))
+        self._instance = c_void_p(self._instantiate())
+        self._do_step = bind(fmu.dll, "DoStep")
 
     @property
     def description(self) -> Description:
@@ -81,9 +90,9 @@ class FmuSlave:
         """
         self._time = start_time
         self._block = block  # whose memory the calls use
-        self._call(self._fmu.setupExperiment, None, start_time, stop_time)
+        self._must("SetupExperiment", False, 0.0, start_time, True, stop_time)
         for variable, value in start_values.items():
-            self._call(getattr(self._fmu, f"set{_getter(variable)}"), [variable.reference], [value])
+            set_one(self._must, _kind(variable), variable.reference, value)
         self._asked = {variable: value for variable, value in start_values.items() if variable.causality == "parameter"}
         library = self._fmu.dll
         self._reads = tuple(
@@ -96,12 +105,12 @@ class FmuSlave:
             for kind, section in ((kind, block.inputs[kind]) for kind in BASE_TYPES)
             if section.driven
         )
-        self._slopes = slope_exchange(library, "fmi2SetRealInputDerivatives", block.slopes)
-        self._output_slopes = slope_exchange(library, "fmi2GetRealOutputDerivatives", block.output_slopes)
+        self._slopes = slope_exchange(library, "SetRealInputDerivatives", block.slopes)
+        self._output_slopes = slope_exchange(library, "GetRealOutputDerivatives", block.output_slopes)
 
     def enter_initialization(self) -> None:
         """Enter initialization mode; a driven input that declares no start value begins with what it is in the FMU."""
-        self._call(self._fmu.enterInitializationMode)
+        self._must("EnterInitializationMode")
         for section in self._block.inputs.values():
             for index, variable in enumerate(section.variables[: section.driven]):
                 if variable.start is None:
@@ -109,7 +118,7 @@ class FmuSlave:
 
     def exit_initialization(self) -> None:
         """Exit initialization mode, and say which parameters are not what they were set to."""
-        self._call(self._fmu.exitInitializationMode)
+        self._must("ExitInitializationMode")
         self._started = True
         for variable, asked in self._asked.items():
             value = self._get(variable)
@@ -145,9 +154,9 @@ class FmuSlave:
         if self._output_slopes is not None and self._started:
             self._exchange_slopes(self._output_slopes, row)
 
-    def calls(self) -> Calls:
+    def calls(self) -> StepCalls:
         """Return what a step calls; once initialised."""
-        return Calls(self._instance, self._do_step, self._writes, self._reads, self._slopes, self._output_slopes)
+        return StepCalls(self._instance, self._do_step, self._writes, self._reads, self._slopes, self._output_slopes)
 
     def arrive(self, time: float) -> None:
         """Take note of the time [s] that others have stepped the FMU to."""
@@ -156,11 +165,10 @@ class FmuSlave:
     def failure(self, function: str, status: int) -> SlaveError:
         """Return the exception that tells why a call failed, its status being worse than a warning."""
         self._worst = max(self._worst, status)
-        name = _STATUS[status] if 0 <= status < len(_STATUS) else f"the illegal status {status}"
         reason = self._journal.failure()
-        if function == "fmi2DoStep" and status == _DISCARD and self._asks_to_end():
+        if function == "fmi2DoStep" and status == DISCARD and self._asks_to_end():
             reason = f"{reason}; the FMU asks to end the simulation".removeprefix("; ")
-        return SlaveError(self.name, self._time, function, name, reason)
+        return SlaveError(self.name, self._time, function, status_name(status), reason)
 
     def save(self, slot: int) -> None:
         """Keep the present state under a number; from then on the FMU is told that it may have to go back."""
@@ -189,44 +197,53 @@ class FmuSlave:
     def terminate(self) -> None:
         """Terminate the run."""
         self._started = False
-        self._call(self._fmu.terminate)
+        self._must("Terminate")
 
     def close(self) -> None:
         """Free the instance; after fmi2Fatal nothing may be called, after fmi2Error no terminate."""
         try:
-            if self._started and self._worst <= _DISCARD:
+            if self._started and self._worst <= DISCARD:
                 self.terminate()
         except SlaveError as error:
             self._journal.logger.warning("%s", error)
         finally:
-            if self._worst != _FATAL:
+            if self._worst != FATAL:
                 if self._states is not None:
                     self._states.free()
-                self._fmu.fmi2FreeInstance(self._fmu.component)
+                bind(self._fmu.dll, "FreeInstance")(self._instance)
             self._journal.close()
 
     def _kept(self) -> KeptStates:
         """Return the states that are kept, for the first one of which the functions are found."""
         if self._states is None:
-            self._states = KeptStates(self._instance, partial(bound, self._fmu.dll), self._judge)
+            self._states = KeptStates(self._instance, self._fmu.dll, self._judge)
         return self._states
 
-    def _instantiate(self) -> None:
+    def _instantiate(self) -> int:
         """Instantiate, with logging of all categories: some FMUs else keep to themselves why a call fails."""
-        try:
-            self._fmu.instantiate(callbacks=self._journal.callbacks, loggingOn=True)
-        except Exception as error:  # fmpy raises bare Exception when it gets no instance
+        instance = bind(self._fmu.dll, "Instantiate")(
+            self.name.encode(),
+            CO_SIMULATION,
+            self._description.guid.encode(),
+            Path(self._fmu.unzipDirectory, "resources").as_uri().encode(),
+            byref(self._journal.callbacks),
+            False,
+            True,
+        )
+        if instance is None:
             reason = self._journal.failure()
             self._journal.close()
-            raise RunError(f"{self.name}: fmi2Instantiate failed" + (f": {reason}" if reason else "")) from error
+            raise RunError(f"{self.name}: fmi2Instantiate failed" + (f": {reason}" if reason else ""))
+        return instance
 
     def _get(self, variable: Variable) -> Value:
         """Return the present value of one variable."""
-        kind = _getter(variable)
-        (value,) = self._call(getattr(self._fmu, f"get{kind}"), [variable.reference])
-        if isinstance(value, bytes):
-            return value.decode("utf-8", "replace")
-        return bool(value) if kind == "Boolean" else value
+        kind = _kind(variable)
+        value = ELEMENTS[kind]()
+        self._must(f"Get{kind}", byref(c_uint(variable.reference)), 1, byref(value))
+        if kind == "String":
+            return str((value.value or b"").decode("utf-8", "replace"))
+        return bool(value.value) if kind == "Boolean" else value.value
 
     def _exchange_slopes(self, call: SlopeExchange, row: int) -> None:
         """Set or get the derivatives in a row."""
@@ -235,27 +252,29 @@ class FmuSlave:
         if status:
             self._judge(call.name, status)
 
-    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call an FMI function through fmpy; return what it returns."""
-        try:
-            return function(*arguments)
-        except FMICallException as error:
-            self._judge(error.function, error.status)
+    def _call(self, function: str, *arguments: Any) -> int:
+        """Call fmi2<function> and return its status."""
+        return bind(self._fmu.dll, function)(self._instance, *arguments)
+
+    def _must(self, function: str, *arguments: Any) -> int:
+        """Call fmi2<function>; SlaveError unless it returns fmi2OK or fmi2Warning."""
+        status = self._call(function, *arguments)
+        if status:
+            self._judge(f"fmi2{function}", status)
+        return status
 
     def _judge(self, function: str, status: int) -> None:
         """Let a warning pass, and turn any other status into the exception that tells why."""
-        if status != _WARNING:
+        if status != WARNING:
             raise self.failure(function, status)
 
     def _asks_to_end(self) -> bool:
         """Tell whether a discarded step means that the FMU wants no more of them."""
-        try:
-            return bool(self._fmu.getBooleanStatus(_TERMINATED))
-        except FMICallException:
-            return False
+        wanted = c_int()
+        return self._call("GetBooleanStatus", TERMINATED, byref(wanted)) in ACCEPTED and bool(wanted.value)
 
 
-def _getter(variable: Variable) -> str:
+def _kind(variable: Variable) -> str:
     """Return the type in the names of the functions that get and set a variable."""
     return "String" if variable.type == "String" else base_type(variable)
 
@@ -288,18 +307,6 @@ def open_fmu(name: str, path: Path, description: Description) -> Generator[FmuSl
             slave.close()
 
 
-_GET, _SET, _FREE = "fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2FreeFMUstate"
-_SIZE, _WRITE, _READ = "fmi2SerializedFMUstateSize", "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate"
-
-
-class Bind(Protocol):
-    """Finds a function of the library by its name and the types of its arguments."""
-
-    def __call__(self, name: str, argument_types: tuple[Any, ...]) -> Callable[..., int]:
-        """Return the function."""
-        ...
-
-
 class KeptStates:
     """Keep the states that fmi2GetFMUstate returns.
 
@@ -307,16 +314,16 @@ class KeptStates:
     ----------
     instance : c_void_p
         The instance.
-    bind : callable
-        Finds the functions.
+    library : ctypes.CDLL
+        Of the FMU.
     judge : callable
         Takes the name of a function and a status other than fmi2OK, and raises unless it is a warning.
     """
 
-    def __init__(self, instance: c_void_p, bind: Bind, judge: Callable[[str, int], None]) -> None:
+    def __init__(self, instance: c_void_p, library: Any, judge: Callable[[str, int], None]) -> None:
         self._instance = instance
-        self._bind, self._judge = bind, judge
-        self._get, self._set, self._free = (bind(name, (c_void_p, c_void_p)) for name in (_GET, _SET, _FREE))
+        self._library, self._judge = library, judge
+        self._get, self._set, self._free = (bind(library, f"{verb}FMUstate") for verb in ("Get", "Set", "Free"))
         self._states: dict[int, c_void_p] = {}
 
     def save(self, slot: int) -> None:
@@ -324,32 +331,26 @@ class KeptStates:
         self._release(slot)
         state = self._states[slot] = c_void_p()
         if status := self._get(self._instance, byref(state)):
-            self._judge(_GET, status)
+            self._judge("fmi2GetFMUstate", status)
 
     def restore(self, slot: int) -> None:
         """Return to a state."""
         if status := self._set(self._instance, self._states[slot]):
-            self._judge(_SET, status)
+            self._judge("fmi2SetFMUstate", status)
 
     def to_bytes(self, slot: int) -> bytes:
         """Write a state as bytes (FMI 2.0, section 2.1.8)."""
         state, size = self._states[slot], c_size_t()
-        ask = self._bind(_SIZE, (c_void_p, c_void_p, c_void_p))
-        if status := ask(self._instance, state, byref(size)):
-            self._judge(_SIZE, status)
+        self._must("SerializedFMUstateSize", state, byref(size))
         content = (c_char * size.value)()
-        write = self._bind(_WRITE, (c_void_p, c_void_p, c_void_p, c_size_t))
-        if status := write(self._instance, state, content, size):
-            self._judge(_WRITE, status)
+        self._must("SerializeFMUstate", state, content, size)
         return bytes(content)
 
     def from_bytes(self, slot: int, content: bytes) -> None:
         """Keep a state that was written as bytes, by this instance or another of the same FMU."""
         self._release(slot)
         state, buffer = c_void_p(), (c_char * len(content)).from_buffer_copy(content)
-        read = self._bind(_READ, (c_void_p, c_void_p, c_size_t, c_void_p))
-        if status := read(self._instance, buffer, c_size_t(len(content)), byref(state)):
-            self._judge(_READ, status)
+        self._must("DeSerializeFMUstate", buffer, len(content), byref(state))
         self._states[slot] = state
 
     def free(self) -> None:
@@ -357,6 +358,11 @@ class KeptStates:
         for state in self._states.values():
             self._free(self._instance, byref(state))
         self._states.clear()
+
+    def _must(self, function: str, *arguments: Any) -> None:
+        """Call fmi2<function>, and judge any status but fmi2OK."""
+        if status := bind(self._library, function)(self._instance, *arguments):
+            self._judge(f"fmi2{function}", status)
 
     def _release(self, slot: int) -> None:
         state = self._states.pop(slot, None)

@@ -17,8 +17,9 @@ from typing import Any
 import fmpy  # pyright: ignore[reportMissingTypeStubs]
 import fmpy.fmi2 as fmi2  # pyright: ignore[reportMissingTypeStubs]
 
+from cosim.fmi2.functions import DISCARD
+
 _LEVELS = (logging.DEBUG, logging.WARNING, logging.WARNING, logging.ERROR, logging.CRITICAL, logging.INFO)
-_DISCARD = 2
 _journals: dict[int, Journal] = {}
 _keys = itertools.count(1)
 
@@ -53,7 +54,7 @@ class Journal:
     def take(self, status: int, category: str, message: str) -> None:
         """Log one message, and keep it if it says why a call fails."""
         level = _LEVELS[status] if 0 <= status < len(_LEVELS) else logging.ERROR
-        says_why = status >= _DISCARD
+        says_why = status >= DISCARD
         self.logger.log(level, "%s", message, extra={"category": category, "says_why": says_why})
         if says_why:
             self._failures.append(message)

@@ -1,7 +1,8 @@
 """Steps of a run with known communication points, taken in C where every component is an FMU of this process.
 
-The loop to read is `readable_loop`. This one lays out the same calls on the same memory for the library of
-`step_library`, which walks them. It comes back to Python after each window of rows, and where a call fails.
+The loop to read is `cosim.master.fixed_step.readable_steps`. This one lays out the same calls on the same memory for
+the library of `step_library`, which walks them. It comes back to Python after each window of rows, and where a call
+fails.
 
 The library of the step loop: the one that came with the package, else C99 compiled when it is first needed.
 """
@@ -28,7 +29,7 @@ from platformdirs import user_cache_path
 
 from cosim.errors import SlaveError
 from cosim.fmi2.fmu_slave import FmuSlave
-from cosim.fmi2.library import Calls, Exchange, SlopeExchange
+from cosim.fmi2.functions import SectionExchange, SlopeExchange, StepCalls
 from cosim.master.communication_points import Points
 from cosim.master.slave import Slave
 from cosim.master.wiring import Link, Node
@@ -103,14 +104,14 @@ class StepLoop:
     Parameters
     ----------
     library : ctypes.CDLL
-        Of `cosim.master.compiled_loop`.
+        From `loop_library`.
     nodes : sequence of Node
         Set up, in stepping order, every slave an `FmuSlave`.
     """
 
     def __init__(self, library: Any, nodes: Sequence[Node]) -> None:
         self._slaves = [node.slave for node in nodes if isinstance(node.slave, FmuSlave)]
-        self._calls: list[Calls] = [slave.calls() for slave in self._slaves]
+        self._calls: list[StepCalls] = [slave.calls() for slave in self._slaves]
         self._keep: list[object] = []
         laid_out = [self._lay_out(node, calls) for node, calls in zip(nodes, self._calls, strict=True)]
         self._nodes = (_Node * len(nodes))(*laid_out)
@@ -134,7 +135,7 @@ class StepLoop:
         for slave in self._slaves:
             slave.arrive(float(times[last - 1] + sizes[last - 1]))
 
-    def _lay_out(self, node: Node, calls: Calls) -> _Node:
+    def _lay_out(self, node: Node, calls: StepCalls) -> _Node:
         """Write a component as the struct of C."""
         return _Node(
             calls.instance,
@@ -193,7 +194,7 @@ def _lay_out_link(link: Link) -> _Link:
     return _Link(begin, end, *strides, ends[0][0].itemsize, lag)
 
 
-def _lay_out_exchange(exchange: Exchange) -> _Exchange:
+def _lay_out_exchange(exchange: SectionExchange) -> _Exchange:
     """Write a getter or setter as the struct of C."""
     call = _address(exchange.function)
     return _Exchange(call, exchange.references, exchange.count, exchange.base, exchange.stride)

@@ -5,22 +5,114 @@ back are torn: what they bring is tried, and compared with what comes back. An i
 a straight line from the value at the beginning of the step to that at its end; one of an FMU that does not is held at
 the value at the end.
 
+Where the residual of a loop vanishes is found by a fast method that is nearly always enough, and a sure one behind it.
+
 Saying that a loop has no solution: when, between which variables, how far off, and what to try.
 """
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Callable, Collection
 
 import numpy as np
 
 from cosim.errors import LoopError, SlaveError, format_time
-from cosim.master.loop.root_finding import Trial, UnsolvedError
-from cosim.master.loop.solver import LoopSolver
-from cosim.master.ports import Channel, Part, Span
+from cosim.master.root_finding import (
+    QuasiNewton,
+    Residual,
+    Trial,
+    Trials,
+    UnsolvedError,
+    find_roots,
+    find_single_root,
+)
+from cosim.master.wiring import Channel, Node, Span
 from cosim.system.dependency import Loop
 from cosim.system.signals import FloatArray
-from cosim.system.structure import split_name
+from cosim.system.structure import Port
+
+# An answer whose square overflows is as good as infinite: nothing can be extrapolated from it.
+_OVERFLOWING = math.sqrt(sys.float_info.max) / 1e3
+# So far is a start moved, relative to the usual size, where the answer to it overflows.
+_FIRST_STRIDE = 0.01
+
+
+class LoopSolver:
+    """Finds values that come back as they were tried; learns from one step for the next.
+
+    Parameters
+    ----------
+    low, high : ndarray, shape (n,)
+        Between which values are tried; scaled so that 1 is a usual size, as everything here.
+    tolerance : float
+        Greatest residual, relative to the greater of 1 and the value.
+    """
+
+    def __init__(self, low: FloatArray, high: FloatArray, tolerance: float) -> None:
+        self._low, self._high = low, high
+        self._tolerance = tolerance
+        self._quasi_newton = QuasiNewton(low.size)
+
+    def solve(self, residual: Residual, start: FloatArray) -> tuple[FloatArray, int]:
+        """Find where the residual vanishes.
+
+        Parameters
+        ----------
+        residual : callable
+            What comes back less what was tried. The last call is the one that vanishes.
+        start : ndarray, shape (n,)
+            Where to begin.
+
+        Returns
+        -------
+        values : ndarray, shape (n,)
+            The solution.
+        trials : int
+            How many it took.
+
+        Raises
+        ------
+        UnsolvedError
+            If none was found.
+        """
+        trials = Trials(residual, self._low, self._high, self._tolerance)
+        trial = self._fast(trials, start)
+        if trial is None:
+            trial = find_single_root(trials) if self._low.size == 1 else find_roots(trials)
+        return trial.values, len(trials.made)
+
+    @property
+    def learned(self) -> FloatArray:
+        """What `QuasiNewton` has learned, shape (2 k, n)."""
+        return self._quasi_newton.learned
+
+    @learned.setter
+    def learned(self, rows: FloatArray) -> None:
+        self._quasi_newton.learned = rows
+
+    def _fast(self, trials: Trials, start: FloatArray) -> Trial | None:
+        """Try the quasi-Newton method for as long as it may take; nothing if that was not enough."""
+        self._quasi_newton.begin()
+        values = start
+        last: Trial | None = None
+        for _ in range(6 + 2 * self._low.size):
+            trial = trials.make(values)
+            if trials.solved(trial):
+                return trial
+            if trial.miss < _OVERFLOWING:
+                values = self._quasi_newton.propose(trial.values, trial.residual)
+                last = trial
+            elif last is None:
+                if np.isnan(trial.residual).any():
+                    raise UnsolvedError(trials)
+                # The components answered, and what they answered has overflowed: a pole is next to the start.
+                values = trial.values + _FIRST_STRIDE * np.maximum(1.0, np.abs(trial.values))
+            else:
+                values = 0.5 * (trial.values + last.values)
+        return None
+
 
 _DISCARD = "fmi2Discard"
 
@@ -33,7 +125,7 @@ class CoupledLoop:
 
     Parameters
     ----------
-    parts : tuple of Part
+    nodes : tuple of Node
         In stepping order.
     tolerance : float
         How well tried and returned values agree in the end, relative to the greater of value and nominal value.
@@ -42,23 +134,23 @@ class CoupledLoop:
 
     Attributes
     ----------
-    parts : tuple of Part
+    nodes : tuple of Node
         As given.
     torn : tuple of Channel
         The connections whose values are the unknowns.
     """
 
-    def __init__(self, parts: tuple[Part, ...], tolerance: float, explain: Explain) -> None:
-        self.parts = parts
-        place = {part.name: index for index, part in enumerate(parts)}
+    def __init__(self, nodes: tuple[Node, ...], tolerance: float, explain: Explain) -> None:
+        self.nodes = nodes
+        place = {node.name: index for index, node in enumerate(nodes)}
         self.torn = tuple(
             channel
-            for index, part in enumerate(parts)
-            for channel in part.channels
-            if channel.continuous and place.get(split_name(channel.source)[0], -1) >= index
+            for index, node in enumerate(nodes)
+            for channel in node.channels
+            if channel.continuous and place.get(channel.source.component, -1) >= index
         )
         self._explain = explain
-        self._names = tuple(channel.target.name for channel in self.torn)
+        self._unknowns = tuple(channel.target.port for channel in self.torn)
         self._scale = np.array([channel.nominal for channel in self.torn])
         variables = [channel.target.variable for channel in self.torn]
         low = np.array([-np.inf if variable.minimum is None else variable.minimum for variable in variables])
@@ -78,7 +170,7 @@ class CoupledLoop:
         begin = np.array([float(channel.target.variable.start or 0.0) for channel in self.torn])
         return self._solve(self._starter, self._exchange, begin, 0, time)[1]
 
-    def close(self, begin: int, end: int, span: Span, slot: int, held: Collection[str]) -> int:
+    def close(self, begin: int, end: int, span: Span, slot: int, held: Collection[Port]) -> int:
         """Step all components from one row to another until their values agree.
 
         Parameters
@@ -89,8 +181,8 @@ class CoupledLoop:
             The time of the step.
         slot : int
             Where the states at its beginning are kept.
-        held : collection of str
-            Names of inputs that jump at the beginning, and are held at what they are at the end.
+        held : collection of Port
+            Inputs that jump at the beginning, and are held at what they are at the end.
 
         Returns
         -------
@@ -116,7 +208,7 @@ class CoupledLoop:
 
         last, sweeps = self._solve(self._solver, sweep, first + span.size * self._slopes, end, span.time)
         self._settle(begin, end, span, last)
-        jumped = np.array([name in held for name in self._names])
+        jumped = np.array([port in held for port in self._unknowns])
         self._slopes = np.where(jumped, 0.0, (last - first) / span.size)
         return sweeps
 
@@ -132,14 +224,14 @@ class CoupledLoop:
     def step_once(self, begin: int, end: int, span: Span) -> None:
         """Step all components once, what is torn held at its value at the beginning, as Gauss-Seidel does."""
         first = self._outputs(begin)
-        held = {channel.target.name for part in self.parts for channel in part.channels}
+        held = {channel.target.port for node in self.nodes for channel in node.channels}
         self._sweep(begin, end, span, held, first)
         self._settle(begin, end, span, first)
 
     def restore(self, slot: int) -> None:
         """Return all components to a state."""
-        for part in self.parts:
-            part.slave.restore(slot)
+        for node in self.nodes:
+            node.slave.restore(slot)
 
     def _solve(
         self, solver: LoopSolver, step: Callable[[FloatArray], None], start: FloatArray, row: int, time: float
@@ -165,25 +257,25 @@ class CoupledLoop:
             raise self._explain(self, failure, row, time) from None
         return scaled * self._scale, trials
 
-    def _sweep(self, begin: int, end: int, span: Span, held: Collection[str], tried: FloatArray) -> None:
+    def _sweep(self, begin: int, end: int, span: Span, held: Collection[Port], tried: FloatArray) -> None:
         """Step all components once with tried values."""
-        values = dict(zip(self._names, tried.tolist(), strict=True))
-        for part in self.parts:
-            part.lead(begin, end, span, held, values)
+        values = dict(zip(self._unknowns, tried.tolist(), strict=True))
+        for node in self.nodes:
+            node.lead(begin, end, span, held, values)
 
     def _settle(self, begin: int, end: int, span: Span, last: FloatArray) -> None:
         """Note the values at the end of the step."""
-        values = dict(zip(self._names, last.tolist(), strict=True))
-        for part in self.parts:
-            part.settle(begin, end, span, values)
+        values = dict(zip(self._unknowns, last.tolist(), strict=True))
+        for node in self.nodes:
+            node.settle(begin, end, span, values)
 
     def _exchange(self, tried: FloatArray) -> None:
         """Give all components tried values in initialization mode, and ask for theirs."""
-        values = dict(zip(self._names, tried.tolist(), strict=True))
-        for part in self.parts:
-            part.gather_initial(values)
-            part.slave.write(0)
-            part.slave.read(0)
+        values = dict(zip(self._unknowns, tried.tolist(), strict=True))
+        for node in self.nodes:
+            node.gather_initial(values)
+            node.slave.write(0)
+            node.slave.read(0)
 
     def _outputs(self, row: int) -> FloatArray:
         """Return what the sources of the torn connections put out."""
@@ -199,7 +291,7 @@ _ACCURACY = 1e-4
 
 
 def reporter(
-    loops: Collection[Loop], guards: Callable[[int], Collection[str]]
+    loops: Collection[Loop], guards: Callable[[int], Collection[Port]]
 ) -> Callable[[CoupledLoop, UnsolvedError, int, float], LoopError]:
     """Return what puts failures of loops into words.
 
@@ -216,7 +308,7 @@ def reporter(
         channel = loop.torn[worst]
         path = _path(loop, channel, loops)
         residual = abs(float(failure.best.residual[worst])) * channel.nominal
-        names = [name for name in guards(row) if name.partition(".")[0] in {part.name for part in loop.parts}]
+        names = [port for port in guards(row) if port.component in {node.name for node in loop.nodes}]
         active = f"; {' and '.join(names)} {'is' if len(names) == 1 else 'are'} on there" if names else ""
         sentence = (
             f"t = {format_time(time)} s: {' -> '.join((*path, path[0]))} {_verdict(failure, channel, worst)}{active}. "
@@ -227,27 +319,27 @@ def reporter(
     return explain
 
 
-def _path(loop: CoupledLoop, channel: Channel, loops: Collection[Loop]) -> tuple[str, ...]:
+def _path(loop: CoupledLoop, channel: Channel, loops: Collection[Loop]) -> tuple[Port, ...]:
     """Name the loop: the algebraic one that holds the connection, or else the connections that were tried."""
     for known in loops:
-        if channel.target.name in known.variables:
+        if channel.target.port in known.variables:
             return known.path
     others = [other for other in loop.torn if other is not channel]
-    return tuple(name for one in (channel, *others) for name in (one.source, one.target.name))
+    return tuple(port for one in (channel, *others) for port in (one.source, one.target.port))
 
 
 def _verdict(failure: UnsolvedError, channel: Channel, index: int) -> str:
     """Say why there is no solution, or that none was found."""
     if failure.jump is None:
         tried = _quantity(float(failure.best.values[index]) * channel.nominal, channel)
-        return f"does not close: no solution was found, the nearest was {channel.target.name} = {tried}"
+        return f"does not close: no solution was found, the nearest was {channel.target.port} = {tried}"
     low, high = failure.jump
     place = _quantity(float(low.values[0]) * channel.nominal, channel)
     below, above = (_quantity(_answer(trial, channel), channel) for trial in (low, high))
     if max(low.miss, high.miss) < _ACCURACY:
-        return f"closes only as well as its components compute: round {channel.target.name} = {place}"
+        return f"closes only as well as its components compute: round {channel.target.port} = {place}"
     return (
-        f"has no solution: where {channel.target.name} passes {place}, {channel.source} jumps from {below} to {above}"
+        f"has no solution: where {channel.target.port} passes {place}, {channel.source} jumps from {below} to {above}"
     )
 
 

@@ -6,6 +6,7 @@ The explicit steps between known communication points, to be read; `compiled_loo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,13 @@ from cosim.master.communication_points import Grid, Points
 from cosim.master.compiled_loop import StepLoop, loop_library
 from cosim.master.run import Settling, Snapshot, block_arrays, initialise, window_size
 from cosim.master.slave import Slave
-from cosim.master.wiring import Node, wire
-from cosim.recording.record import Window
+from cosim.master.wiring import Node, driven_inputs, wire
+from cosim.recording.record import Block, Window, allocate_block, allocate_slopes
 from cosim.system.compatibility import StartValues
 from cosim.system.dependency import stepping_order
+from cosim.system.description import Description, Variable
 from cosim.system.method import EXPLICIT, Method
+from cosim.system.signals import Value
 from cosim.system.structure import System
 
 
@@ -49,10 +52,12 @@ class ForwardRun:
         self._library, self._why = loop_library(slaves) if method.compiled else (None, "the method asks for it")
         descriptions = {name: slave.description for name, slave in slaves.items()}
         self.order = stepping_order(system, descriptions, method.order)
-        lag = EXPLICIT[method.algorithm]
         first = float(grid.points(0, 0).signal_times[0])
-        self._nodes = wire(system, slaves, start_values, self._size + 1, first, lag, self.order)
-        self.blocks = {node.name: node.block for node in self._nodes}
+        self.blocks = {
+            name: window_block(system, name, descriptions[name], start_values[name], self._size + 1)
+            for name in self.order
+        }
+        self._nodes = wire(system, slaves, self.blocks, first, self.order, EXPLICIT[method.algorithm])
         self.notes: Mapping[str, np.dtype[Any]] = {}
 
     def initialise(self) -> Settling:
@@ -63,17 +68,17 @@ class ForwardRun:
         """Take all steps, in C where that can be had."""
         nodes = self._nodes
         take = readable_steps(nodes) if self._library is None else StepLoop(self._library, nodes)
-        feeds = [feed for node in self._nodes for feed in node.feeds]
+        drives = [drive for node in nodes for drive in node.drives if not drive.constant]
         while self._row < self._grid.steps:
             for block in self.blocks.values():
                 block.roll(self._recorded)
             last = min(self._row + self._size, self._grid.steps)
             points = self._grid.points(self._row, last)
-            for feed in feeds:
-                feed.fill(points)
+            for drive in drives:
+                drive.fill(points)
             take(points)
-            for feed in feeds:
-                feed.settle(points)
+            for drive in drives:
+                drive.settle_filled(points)
             first, self._row, self._recorded = self._row, last, points.sizes.size
             recorded = {name: block.rows(points.times.size) for name, block in self.blocks.items()}
             yield Window(first, points.times, recorded, {})
@@ -99,6 +104,18 @@ class ForwardRun:
         if self._library is not None:
             return {"steps": self._grid.steps, "step_loop": "compiled"}
         return {"steps": self._grid.steps, "step_loop": "python", "step_loop_reason": self._why}
+
+
+def window_block(
+    system: System, component: str, description: Description, start_values: Mapping[Variable, Value], rows: int
+) -> Block:
+    """Lay out a component for steps taken once: with derivatives of the signals that have any, if it can use them."""
+    signals = {port.variable: signal for port, signal in system.inputs.items() if port.component == component}
+    moving = [description.by_name[name] for name, signal in signals.items() if not signal.is_level]
+    references = [variable.reference for variable in moving if variable.type == "Real"]
+    slopes = allocate_slopes(references, rows) if description.can_interpolate_inputs else None
+    block = allocate_block(description, driven_inputs(system, component), start_values, rows)
+    return replace(block, slopes=slopes)
 
 
 def readable_steps(nodes: tuple[Node, ...]) -> Callable[[Points], None]:

@@ -33,7 +33,7 @@ from cosim.recording.rows import Column, Rows
 from cosim.system.description import Description
 from cosim.system.power_bonds import Bond, find_bonds
 from cosim.system.signals import FloatArray
-from cosim.system.structure import COUPLING, System, split_name
+from cosim.system.structure import COUPLING, Port, System
 
 log = logging.getLogger("cosim")
 
@@ -145,7 +145,7 @@ def _sources(component: str, block: Block) -> list[_Source]:
     return [
         _Source(
             Column(
-                f"{component}.{variable.name}",
+                Port(component, variable.name),
                 variable.unit.name if variable.unit else "",
                 np.dtype(np.bool_) if kind == "Boolean" else section.values.dtype,
                 variable.description,
@@ -170,8 +170,8 @@ def _residual(name: str) -> str:
 _ENDING = "_active"
 
 
-def find_guards(system: System, descriptions: Mapping[str, Description]) -> tuple[str, ...]:
-    """Return the names of the guards: those the system names, or else all Boolean outputs that end in ``_active``.
+def find_guards(system: System, descriptions: Mapping[str, Description]) -> tuple[Port, ...]:
+    """Return the guards: those the system names, or else all Boolean outputs that end in ``_active``.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def find_guards(system: System, descriptions: Mapping[str, Description]) -> tupl
         If the system names something that is not a Boolean output.
     """
     outputs = [
-        f"{name}.{variable.name}"
+        Port(name, variable.name)
         for name, description in descriptions.items()
         for variable in description.with_causality("output")
         if variable.type == "Boolean"
@@ -274,19 +274,18 @@ def _integral(first: Line, second: Line, sizes: FloatArray) -> FloatArray:
     return sizes / 6.0 * (2.0 * a * c + a * d + b * c + 2.0 * b * d)
 
 
-def _output(name: str, window: Window) -> Line:
+def _output(port: Port, window: Window) -> Line:
     """Return an output at both ends of each step."""
-    component, variable = split_name(name)
-    section = window.blocks[component].outputs["Real"]
-    values = section.values[:, section.column(variable)].astype(np.float64)
+    section = window.blocks[port.component].outputs["Real"]
+    values = section.values[:, section.column(port.variable)].astype(np.float64)
     return values[:-1], values[1:]
 
 
-def _input(name: str, window: Window, sizes: FloatArray) -> Line:
+def _input(port: Port, window: Window, sizes: FloatArray) -> Line:
     """Return an input at both ends of each step: it ends where it is recorded, and came there with its slope."""
-    component, variable = split_name(name)
-    section, slopes = window.blocks[component].inputs["Real"], window.blocks[component].slopes
-    index = section.column(variable)
+    block = window.blocks[port.component]
+    section, slopes = block.inputs["Real"], block.slopes
+    index = section.column(port.variable)
     ends = section.values[1:, index].astype(np.float64)
     column = None if slopes is None else slopes.column(int(section.references[index]))
     return (ends if slopes is None or column is None else ends - sizes * slopes.values[1:, column]), ends

@@ -6,7 +6,7 @@ Which components have to return to an earlier state, and refusing those that hav
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,17 +15,18 @@ from cosim.errors import SystemDefinitionError
 from cosim.master.communication_points import Grid
 from cosim.master.coupled_loop import CoupledLoop, reporter
 from cosim.master.observation import find_guards
-from cosim.master.ports import Part, set_stage
 from cosim.master.run import MOST_STEPS, Settling, Snapshot, WindowRecord, block_arrays
 from cosim.master.slave import Slave
-from cosim.master.step_control import ErrorEstimate, StepControl
+from cosim.master.step_control import BEGIN, ROWS, ErrorEstimate, StepControl
 from cosim.master.stepper import Explicit, Implicit
-from cosim.recording.record import Window
+from cosim.master.wiring import Node, driven_inputs, wire
+from cosim.recording.record import Block, Window, allocate_block, allocate_slopes, initial_value
 from cosim.system.compatibility import StartValues
-from cosim.system.dependency import Group, feedthrough_loops, feedthrough_reach, stepping_groups, stepping_order
-from cosim.system.description import Description
+from cosim.system.dependency import SteppingGroup, feedthrough_loops, feedthrough_reach, stepping_groups, stepping_order
+from cosim.system.description import Description, Variable
 from cosim.system.method import EXPLICIT, Method
-from cosim.system.structure import Connection, System, split_name
+from cosim.system.signals import Value
+from cosim.system.structure import Connection, Port, System
 
 
 class RollbackRun:
@@ -52,23 +53,28 @@ class RollbackRun:
         plan = plan_rollback(system, descriptions, method)
         self._grid, self._method = grid, method
         self._guards = find_guards(system, descriptions)
-        self._parts = set_stage(system, slaves, start_values, float(grid.points(0, 0).signal_times[0]))
-        self.blocks = {name: part.block for name, part in self._parts.items()}
-        repeated = [self._parts[name] for group in plan.groups for name in group.components]
-        self.order = (*(part.name for part in repeated), *plan.last)
+        self.order = (*(name for group in plan.groups for name in group.components), *plan.last)
+        self.blocks = {
+            part.name: stage_block(system, part.name, descriptions[part.name], start_values[part.name])
+            for part in system.components
+        }
+        first = float(grid.points(0, 0).signal_times[0])
+        nodes = wire(system, slaves, self.blocks, first, self.order, EXPLICIT.get(method.algorithm))
+        _start_from_own_values(nodes)
+        repeated, last = nodes[: len(nodes) - len(plan.last)], nodes[len(nodes) - len(plan.last) :]
         self._stepper = (
-            self._implicit(system, descriptions, plan, method)
+            self._implicit(system, descriptions, plan, {node.name: node for node in nodes})
             if method.implicit
-            else (Explicit(repeated, [self._parts[name] for name in plan.last], EXPLICIT[method.algorithm]))
+            else Explicit(repeated, last)
         )
         self.notes = _notes(method)
-        recording = WindowRecord(self._parts, self.notes, MOST_STEPS)
+        recording = WindowRecord(self.blocks, self.notes, MOST_STEPS)
         error = None
         if method.tolerance is not None:
             error = ErrorEstimate(repeated, method.tolerance, leads=method.implicit)
-        saved = [self._parts[name] for name in plan.saved]
+        saved = [node for node in nodes if node.name in plan.saved]
         halves = method.on_failure == "halve"
-        self._control = StepControl(grid, self._stepper, self._parts, saved, recording, error, halves=halves)
+        self._control = StepControl(grid, self._stepper, nodes, saved, recording, error, halves=halves)
 
     def initialise(self) -> Settling:
         """Initialise all components."""
@@ -116,23 +122,51 @@ class RollbackRun:
         return record
 
     def _implicit(
-        self, system: System, descriptions: Mapping[str, Description], plan: RollbackPlan, method: Method
+        self,
+        system: System,
+        descriptions: Mapping[str, Description],
+        plan: RollbackPlan,
+        nodes: Mapping[str, Node],
     ) -> Implicit:
         """Make the stepper of the implicit algorithm."""
         explain = reporter(feedthrough_loops(system, descriptions), self._active_guards)
-        units: list[Part | CoupledLoop] = []
+        units: list[Node | CoupledLoop] = []
         for group in plan.groups:
-            parts = tuple(self._parts[name] for name in group.components)
-            units += [CoupledLoop(parts, method.iteration_tolerance, explain)] if group.coupled else parts
-        last = [self._parts[name] for name in plan.last]
+            members = tuple(nodes[name] for name in group.components)
+            units += [CoupledLoop(members, self._method.iteration_tolerance, explain)] if group.coupled else members
+        last = [nodes[name] for name in plan.last]
         reach = feedthrough_reach(system, descriptions)
-        return Implicit(units, last, reach, goes_on=method.on_failure == "explicit")
+        return Implicit(units, last, reach, goes_on=self._method.on_failure == "explicit")
 
-    def _active_guards(self, row: int) -> tuple[str, ...]:
-        """Return the names of the guards that are active in a row."""
-        values = ((name, split_name(name)) for name in self._guards)
-        sections = ((name, self.blocks[component].outputs["Boolean"], short) for name, (component, short) in values)
-        return tuple(name for name, section, short in sections if section.values[row, section.column(short)])
+    def _active_guards(self, row: int) -> tuple[Port, ...]:
+        """Return the guards that are active in a row."""
+        sections = ((port, self.blocks[port.component].outputs["Boolean"]) for port in self._guards)
+        return tuple(port for port, section in sections if section.values[row, section.column(port.variable)])
+
+
+def stage_block(
+    system: System, component: str, description: Description, start_values: Mapping[Variable, Value]
+) -> Block:
+    """Lay out a component for steps that may be repeated, on a few rows.
+
+    There are derivatives of the inputs if it interpolates, and of the outputs if nothing that it is given changes them.
+    """
+    driven = driven_inputs(system, component)
+    inputs = [description.by_name[name] for name in driven] if description.can_interpolate_inputs else []
+    outputs = () if driven or not description.output_derivative_order else description.with_causality("output")
+    block = allocate_block(description, driven, start_values, ROWS)
+    return replace(
+        block,
+        slopes=allocate_slopes([variable.reference for variable in inputs if variable.is_continuous], ROWS),
+        output_slopes=allocate_slopes([variable.reference for variable in outputs if variable.is_continuous], ROWS),
+    )
+
+
+def _start_from_own_values(nodes: Iterable[Node]) -> None:
+    """Let connected inputs begin at the start values of their FMUs, which a loop is closed from."""
+    for node in nodes:
+        for channel in node.channels:
+            channel.target.settle(BEGIN, initial_value(channel.target.variable, {}))
 
 
 def _notes(method: Method) -> dict[str, np.dtype[Any]]:
@@ -147,7 +181,7 @@ class RollbackPlan:
 
     Attributes
     ----------
-    groups : tuple of Group
+    groups : tuple of SteppingGroup
         Components in stepping order; those of a coupled group are repeated until their values agree.
     last : tuple of str
         Components stepped when a step is kept, as they cannot be taken back.
@@ -155,7 +189,7 @@ class RollbackPlan:
         Components whose states are kept at the beginning of a step.
     """
 
-    groups: tuple[Group, ...]
+    groups: tuple[SteppingGroup, ...]
     last: tuple[str, ...]
     saved: tuple[str, ...]
 
@@ -175,7 +209,7 @@ def plan_rollback(system: System, descriptions: Mapping[str, Description], metho
         continuous = [connection for connection in system.connections if _moves(connection, descriptions)]
         groups = stepping_groups(system, descriptions, continuous)
     else:
-        groups = tuple(Group((name,), False) for name in stepping_order(system, descriptions, method.order))
+        groups = tuple(SteppingGroup((name,), False) for name in stepping_order(system, descriptions, method.order))
     for group in groups:
         if group.coupled:
             what = f"the {method.algorithm} algorithm repeats the steps of {_list(group.components)}"
@@ -185,7 +219,7 @@ def plan_rollback(system: System, descriptions: Mapping[str, Description], metho
         return RollbackPlan(groups, (), coupled)
     why = "with a tolerance" if method.tolerance is not None else "to halve steps"
     _require_variable_step(why, descriptions)
-    needed = {split_name(connection.source)[0] for connection in system.connections}
+    needed = {connection.source.component for connection in system.connections}
     last = tuple(
         name for name, description in descriptions.items() if not (description.can_save_state or name in needed)
     )
@@ -196,9 +230,8 @@ def plan_rollback(system: System, descriptions: Mapping[str, Description], metho
 
 def _moves(connection: Connection, descriptions: Mapping[str, Description]) -> bool:
     """Whether a connection passes what changes continuously."""
-    ends = (split_name(end) for end in (connection.source, connection.target))
-    variables = [descriptions[component].by_name[name] for component, name in ends]
-    return all(variable.type == "Real" and variable.variability == "continuous" for variable in variables)
+    ends = (connection.source, connection.target)
+    return all(descriptions[port.component].by_name[port.variable].is_continuous for port in ends)
 
 
 def _require_state(what: str, names: Iterable[str], descriptions: Mapping[str, Description]) -> None:

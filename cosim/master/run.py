@@ -15,8 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.master.ports import Part
-from cosim.master.slave import Slave
+from cosim.master.wiring import Node
 from cosim.recording.record import Block, Window
 from cosim.system.signals import FloatArray
 
@@ -35,14 +34,14 @@ def window_size(steps: int) -> int:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What it takes to go on from between two windows, but for the states of the components.
+    """What it takes to go on from between two windows; kept in a file, it is a checkpoint.
 
     Attributes
     ----------
     notes : mapping
         What JSON can hold.
     arrays : mapping of str to ndarray
-        By name.
+        By name; states of FMUs are of uint8.
     """
 
     notes: Mapping[str, Any]
@@ -119,35 +118,12 @@ class Settling:
     moving: str = ""
 
 
-class Exchanging(Protocol):
-    """A component as far as its initialisation goes."""
-
-    @property
-    def name(self) -> str:
-        """Of the component."""
-        ...
-
-    @property
-    def slave(self) -> Slave:
-        """What is initialised."""
-        ...
-
-    @property
-    def block(self) -> Block:
-        """Where its values are."""
-        ...
-
-    def gather_initial(self) -> None:
-        """Copy the values that connections bring within row 0."""
-        ...
-
-
-def initialise(nodes: Sequence[Exchanging], settle: Callable[[], Settling] | None = None) -> Settling:
+def initialise(nodes: Sequence[Node], settle: Callable[[], Settling] | None = None) -> Settling:
     """Initialise all components and leave row 0 consistent.
 
     Parameters
     ----------
-    nodes : sequence of Exchanging
+    nodes : sequence of Node
         All components.
     settle : callable, optional
         Exchanges values in initialization mode; by default `exchange`.
@@ -167,7 +143,7 @@ def initialise(nodes: Sequence[Exchanging], settle: Callable[[], Settling] | Non
     return settling
 
 
-def exchange(nodes: Sequence[Exchanging], maximum_rounds: int = MAXIMUM_ROUNDS) -> Settling:
+def exchange(nodes: Sequence[Node], maximum_rounds: int = MAXIMUM_ROUNDS) -> Settling:
     """Exchange values until no input changes.
 
     In each round every component, in order, is given the newest outputs of the others and asked for its own. A loop
@@ -190,7 +166,7 @@ def exchange(nodes: Sequence[Exchanging], maximum_rounds: int = MAXIMUM_ROUNDS) 
 
 
 @np.errstate(invalid="ignore")
-def _exchange(nodes: Sequence[Exchanging], maximum_rounds: int) -> Settling:
+def _exchange(nodes: Sequence[Node], maximum_rounds: int) -> Settling:
     """Exchange values until no input changes, or give up."""
     for node in nodes:
         node.slave.write(0)
@@ -215,7 +191,7 @@ def _exchange(nodes: Sequence[Exchanging], maximum_rounds: int) -> Settling:
     return Settling(False, maximum_rounds, moving)
 
 
-def _inputs(node: Exchanging) -> FloatArray:
+def _inputs(node: Node) -> FloatArray:
     """Return row 0 of the driven inputs, all types together."""
     rows = [section.values[0, : section.driven].astype(np.float64) for section in node.block.inputs.values()]
     return np.concatenate(rows)
@@ -227,7 +203,7 @@ def _only_rounding(before: FloatArray, after: FloatArray) -> bool:
     return bool((near & np.isfinite(after)).all())
 
 
-def _name(node: Exchanging, index: int) -> str:
+def _name(node: Node, index: int) -> str:
     """Name a driven input by its place in `_inputs`."""
     names = [v.name for section in node.block.inputs.values() for v in section.variables[: section.driven]]
     return f"{node.name}.{names[index]}"
@@ -238,16 +214,16 @@ class WindowRecord:
 
     Parameters
     ----------
-    parts : mapping of str to Part
-        All components, by name.
+    blocks : mapping of str to Block
+        Those of all components, by name.
     notes : mapping of str to dtype
         What else to record of each step: numbers without a unit.
     rows : int
         For how many there is room, besides the one before them.
     """
 
-    def __init__(self, parts: Mapping[str, Part], notes: Mapping[str, np.dtype[Any]], rows: int) -> None:
-        self._blocks = {name: part.block for name, part in parts.items()}
+    def __init__(self, blocks: Mapping[str, Block], notes: Mapping[str, np.dtype[Any]], rows: int) -> None:
+        self._blocks = blocks
         self._sources = [values for block in self._blocks.values() for values in block.arrays()]
         self._copies = [np.zeros((rows + 1, values.shape[1]), dtype=values.dtype) for values in self._sources]
         self._times = np.zeros(rows + 1)

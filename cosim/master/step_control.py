@@ -22,12 +22,16 @@ from typing import Any
 
 from cosim.errors import LoopError, SlaveError
 from cosim.master.communication_points import Grid, Points, within
-from cosim.master.ports import BEGIN, END, MIDDLE, WHOLE, Channel, Part, Span, roll
 from cosim.master.run import WindowRecord, window_size
 from cosim.master.stepper import Stepper, Taken
+from cosim.master.wiring import Channel, Node, Span
 from cosim.recording.record import Window
 
 log = logging.getLogger("cosim")
+
+BEGIN, MIDDLE, END, WHOLE = range(4)
+"""Rows: where a step begins and ends; the middle, where two halves meet; the end of a whole step beside them."""
+ROWS = 4
 
 DEEPEST = 10
 """How often a step can be halved: the smallest is a 1024th of the distance between regular points."""
@@ -103,9 +107,9 @@ class StepControl:
         Communication points that are met in any case.
     stepper : Stepper
         The algorithm.
-    parts : mapping of str to Part
+    nodes : sequence of Node
         All components.
-    saved : sequence of Part
+    saved : sequence of Node
         Those whose steps may be taken back.
     recording : WindowRecord
         Where kept steps are recorded.
@@ -119,8 +123,8 @@ class StepControl:
         self,
         grid: Grid,
         stepper: Stepper,
-        parts: Mapping[str, Part],
-        saved: Sequence[Part],
+        nodes: Sequence[Node],
+        saved: Sequence[Node],
         recording: WindowRecord,
         error: ErrorEstimate | None,
         *,
@@ -130,7 +134,7 @@ class StepControl:
         self._grid = grid
         self._stop_time = grid.end
         self._stepper = stepper
-        self._parts = parts
+        self._nodes = tuple(nodes)
         self._saved = tuple(saved)
         self._recording = recording
         self._error = error
@@ -189,8 +193,8 @@ class StepControl:
 
     def _step(self, points: Points, index: int, place: int) -> int:
         """Try a step from a place between two regular points; return how far it went, 0 if it was taken back."""
-        for part in self._saved:
-            part.slave.save(0)
+        for node in self._saved:
+            node.slave.save(0)
         try:
             error, legs = self._attempt(points, index, place)
         except (LoopError, SlaveError) as failure:
@@ -214,13 +218,13 @@ class StepControl:
         if self._error is None:
             return 0.0, [_Leg(BEGIN, END, whole, self._stepper.step(BEGIN, END, whole, 0))]
         self._stepper.step(BEGIN, WHOLE, whole, 0)
-        for part in self._saved:
-            part.slave.restore(0)
+        for node in self._saved:
+            node.slave.restore(0)
         half = length // 2
         first, second = (_span(points, index, start, half, self._stop_time) for start in (place, place + half))
         legs = [_Leg(BEGIN, MIDDLE, first, self._stepper.step(BEGIN, MIDDLE, first, 0))]
-        for part in self._saved:
-            part.slave.save(1)
+        for node in self._saved:
+            node.slave.save(1)
         legs.append(_Leg(MIDDLE, END, second, self._stepper.step(MIDDLE, END, second, 1)))
         return self._error.estimate(whole.size), legs
 
@@ -232,8 +236,8 @@ class StepControl:
 
     def _take_back(self, levels: int) -> None:
         """Return to the beginning of the step, to try smaller ones."""
-        for part in self._saved:
-            part.slave.restore(0)
+        for node in self._saved:
+            node.slave.restore(0)
         self._level = min(self._level + levels, self._deepest)
         self.tally.rejected += 1
 
@@ -248,7 +252,8 @@ class StepControl:
         self.tally.largest_error = max(self.tally.largest_error, error)
         self.tally.error_time += error * sum(leg.span.size for leg in legs)
         self.tally.missed += len(legs) if error > 1.0 else 0
-        roll(self._parts)
+        for node in self._nodes:
+            node.block.roll(END)
 
 
 def _span(points: Points, index: int, place: int, length: int, stop_time: float) -> Span:
@@ -283,7 +288,7 @@ class ErrorEstimate:
 
     Parameters
     ----------
-    parts : iterable of Part
+    nodes : iterable of Node
         The components whose steps are repeated.
     tolerance : float
         Of the error, relative to the greater of value and nominal value.
@@ -291,12 +296,12 @@ class ErrorEstimate:
         Whether the algorithm gives inputs the values at the end of the step, on a straight line where it can.
     """
 
-    def __init__(self, parts: Iterable[Part], tolerance: float, *, leads: bool) -> None:
+    def __init__(self, nodes: Iterable[Node], tolerance: float, *, leads: bool) -> None:
         self.tolerance = tolerance
         self._watched = [
-            _Watched(channel, straight or not leads or _hides(part), 2 if straight else 1)
-            for part in parts
-            for channel in part.channels
+            _Watched(channel, straight or not leads or _hides(node), 2 if straight else 1)
+            for node in nodes
+            for channel in node.channels
             if channel.continuous
             for straight in [leads and channel.target.slopes is not None]
         ]
@@ -327,7 +332,7 @@ def _difference(watched: _Watched, size: float) -> float:
     return max(outputs, abs(end - target.value(END)), abs(middle - target.value(MIDDLE)), abs(middle - second_half))
 
 
-def _hides(part: Part) -> bool:
+def _hides(node: Node) -> bool:
     """Whether a component has an output that no input feeds through to."""
-    description = part.slave.description
+    description = node.slave.description
     return any(not description.fed_through(variable.name) for variable in description.with_causality("output"))

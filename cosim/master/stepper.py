@@ -2,13 +2,13 @@
 
 Explicit algorithms on the stage: every component is stepped once, with what is known by then, in a step of any size.
 
-Which outputs are known is the algorithm's lag. Runs whose communication points are known beforehand go another way, by
-`cosim.master.fixed_step` or the same in C.
+Which outputs are known is the lag of the channels, by the algorithm. Runs whose communication points are known
+beforehand go another way, by `cosim.master.fixed_step` or the same in C.
 
 Implicit: every step is repeated until what each component was given is what the others put out at its end.
 
 Components are stepped in an order in which all that a component depends on comes before it. Those that depend on each
-other form a loop, which is closed by `loop.coupled`; the others are stepped once, with inputs that are final. Values
+other form a loop, which is closed by `coupled_loop`; the others are stepped once, with inputs that are final. Values
 that do not change continuously (Integer, Boolean, discrete Real) are not iterated: they hold over a step what they are
 at its beginning.
 
@@ -27,10 +27,9 @@ from numpy.typing import NDArray
 
 from cosim.errors import LoopError
 from cosim.master.coupled_loop import CoupledLoop
-from cosim.master.ports import Channel, Part, Span
 from cosim.master.run import Settling, exchange, initialise
-from cosim.system.method import Lag
-from cosim.system.structure import split_name
+from cosim.master.wiring import Channel, Node, Span
+from cosim.system.structure import Port
 
 
 @dataclass(frozen=True)
@@ -95,39 +94,31 @@ class Explicit:
 
     Parameters
     ----------
-    parts : sequence of Part
+    nodes : sequence of Node
         All components but the last ones, in stepping order.
-    last : sequence of Part
+    last : sequence of Node
         Components that are stepped when the step is kept.
-    lag : callable
-        Which algorithm.
     """
 
-    def __init__(self, parts: Sequence[Part], last: Sequence[Part], lag: Lag) -> None:
-        self._parts, self._last = tuple(parts), tuple(last)
-        place = {part.name: index for index, part in enumerate((*parts, *last))}
-        self._late = {
-            channel.target.name: lag(place[split_name(channel.source)[0]], place[part.name]) > 0
-            for part in (*parts, *last)
-            for channel in part.channels
-        }
+    def __init__(self, nodes: Sequence[Node], last: Sequence[Node]) -> None:
+        self._nodes, self._last = tuple(nodes), tuple(last)
 
     def initialise(self, time: float) -> Settling:
         """Initialise all components."""
         del time
-        return initialise((*self._parts, *self._last))
+        return initialise((*self._nodes, *self._last))
 
     def step(self, begin: int, end: int, span: Span, slot: int) -> Taken:
         """Step every component but the last ones."""
         del slot
-        for part in self._parts:
-            self._step(part, begin, end, span)
+        for node in self._nodes:
+            self._step(node, begin, end, span)
         return Taken(1)
 
     def finish(self, begin: int, end: int, span: Span) -> None:
         """Step the last components."""
-        for part in self._last:
-            self._step(part, begin, end, span)
+        for node in self._last:
+            self._step(node, begin, end, span)
 
     def learned(self) -> dict[str, NDArray[Any]]:
         """Nothing is learned from a step."""
@@ -136,15 +127,15 @@ class Explicit:
     def learn(self, learned: Mapping[str, NDArray[Any]]) -> None:
         """Nothing is to be learned."""
 
-    def _step(self, part: Part, begin: int, end: int, span: Span) -> None:
+    def _step(self, node: Node, begin: int, end: int, span: Span) -> None:
         """Step one component with its inputs held."""
-        for channel in part.channels:
-            channel.target.hold(end, channel.output(begin if self._late[channel.target.name] else end))
-        for drive in part.drives:
+        for channel in node.channels:
+            channel.target.hold(end, channel.output(begin if channel.lag else end))
+        for drive in node.drives:
             if not drive.constant:
                 drive.hold(end, span)
-        part.advance(end, span)
-        for drive in part.drives:
+        node.advance(end, span)
+        for drive in node.drives:
             if not drive.constant and drive.target.slopes is not None:
                 drive.settle(end, span)
 
@@ -163,21 +154,21 @@ class Implicit:
 
     Parameters
     ----------
-    units : sequence of Part or CoupledLoop
+    units : sequence of Node or CoupledLoop
         All components but the last ones, in stepping order, those that depend on each other together.
-    last : sequence of Part
+    last : sequence of Node
         Components that are stepped when the step is kept.
-    reach : mapping of str to frozenset of str
-        By the name of an input, the inputs it feeds through to.
+    reach : mapping of Port to frozenset of Port
+        By input, the inputs it feeds through to.
     goes_on : bool
         Whether a loop without a solution is stepped once with values from the beginning of the step.
     """
 
     def __init__(
         self,
-        units: Sequence[Part | CoupledLoop],
-        last: Sequence[Part],
-        reach: Mapping[str, frozenset[str]],
+        units: Sequence[Node | CoupledLoop],
+        last: Sequence[Node],
+        reach: Mapping[Port, frozenset[Port]],
         *,
         goes_on: bool = False,
     ) -> None:
@@ -186,13 +177,13 @@ class Implicit:
         self._last = tuple(last)
         self._reach = reach
         self._goes_on = goes_on
-        inner = (unit.parts if isinstance(unit, CoupledLoop) else (unit,) for unit in units)
-        self._parts = (*(part for parts in inner for part in parts), *last)
-        self._jumping = [channel for part in self._parts for channel in part.channels if not channel.continuous]
+        inner = (unit.nodes if isinstance(unit, CoupledLoop) else (unit,) for unit in units)
+        self._nodes = (*(node for nodes in inner for node in nodes), *last)
+        self._jumping = [channel for node in self._nodes for channel in node.channels if not channel.continuous]
 
     def initialise(self, time: float) -> Settling:
         """Initialise all components; loops are closed as in a step."""
-        return initialise(self._parts, lambda: self._exchange(time))
+        return initialise(self._nodes, lambda: self._exchange(time))
 
     def _exchange(self, time: float) -> Settling:
         """Exchange values in initialization mode until they agree, whether iterated or not."""
@@ -207,14 +198,14 @@ class Implicit:
             if not self._goes_on:
                 raise
             log.warning("%s", error)
-        return exchange(self._parts)
+        return exchange(self._nodes)
 
     def step(self, begin: int, end: int, span: Span, slot: int) -> Taken:
         """Step every component but the last ones."""
         held = self._jumps(begin, span)
         sweeps, unsolved = 1, None
         for unit in self._units:
-            if isinstance(unit, Part):
+            if isinstance(unit, Node):
                 unit.lead(begin, end, span, held)
                 unit.settle(begin, end, span)
                 continue
@@ -231,9 +222,9 @@ class Implicit:
     def finish(self, begin: int, end: int, span: Span) -> None:
         """Step the last components."""
         held = self._jumps(begin, span)
-        for part in self._last:
-            part.lead(begin, end, span, held)
-            part.settle(begin, end, span)
+        for node in self._last:
+            node.lead(begin, end, span, held)
+            node.settle(begin, end, span)
 
     def learned(self) -> dict[str, NDArray[Any]]:
         """Return what the loops have learned."""
@@ -244,22 +235,22 @@ class Implicit:
         for number, loop in enumerate(self._loops):
             loop.learned = learned[f"loop {number}"]
 
-    def _jumps(self, begin: int, span: Span) -> frozenset[str]:
+    def _jumps(self, begin: int, span: Span) -> frozenset[Port]:
         """Return the inputs that jump at the beginning of a step, because one that feeds through to them does."""
         jumped = [
-            drive.target.name
-            for part in self._parts
-            for drive in part.drives
+            drive.target.port
+            for node in self._nodes
+            for drive in node.drives
             if not drive.constant
             and _differ(drive.first(span), drive.target.value(begin), drive.target.variable.nominal)
         ]
         jumped += [
-            channel.target.name
-            for part in self._parts
-            for channel in part.channels
+            channel.target.port
+            for node in self._nodes
+            for channel in node.channels
             if _jumps(channel, begin, span.size)
         ]
-        return frozenset(name for entry in jumped for name in self._reach.get(entry, ()))
+        return frozenset(port for entry in jumped for port in self._reach.get(entry, ()))
 
 
 def _jumps(channel: Channel, begin: int, size: float) -> bool:

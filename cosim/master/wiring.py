@@ -1,65 +1,40 @@
-"""From a checked system to nodes: each component with its memory and the places its inputs come from."""
+"""From a checked system to nodes: each component with its memory and the places its inputs come from.
+
+There is one model of the wiring for steps that are taken once and for steps that may be repeated. What differs is the
+memory: a row for each step of a window, or a few rows on which a step is tried, from which a kept one is recorded.
+
+A row holds what is true at the end of the step that leads to it. While the step is under way, it holds what is set
+before it: the value at its beginning, and the slope. When it is over, it holds the value in force at its end, which is
+what a record holds.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cosim.master.communication_points import Points
 from cosim.master.slave import Slave
-from cosim.recording.record import Block, Section, Slopes, allocate_block, allocate_slopes, base_type
-from cosim.system.compatibility import StartValues
-from cosim.system.description import Description
+from cosim.recording.record import Block, Slopes, base_type
+from cosim.system.description import Variable
 from cosim.system.method import Lag
-from cosim.system.signals import FloatArray, Signal, is_level
-from cosim.system.structure import System, split_name
+from cosim.system.signals import Signal
+from cosim.system.structure import Connection, Port, System
 
-# Source array and column, target array and column, and how many rows the source lags behind.
 Link = tuple[Any, int, Any, int, int]
+"""Source array and column, target array and column, and how many rows the source lags behind."""
 
-
-@dataclass(frozen=True)
-class Feed:
-    """A signal, and the column of inputs that it fills.
-
-    Attributes
-    ----------
-    signal : Signal
-        What drives the input.
-    values, column : ndarray, int
-        Where its values go.
-    slopes, slope_column : ndarray, int
-        Where its derivatives [1/s] go; None where they are all zero or not wanted.
-    """
-
-    signal: Signal
-    values: NDArray[Any]
-    column: int
-    slopes: FloatArray | None = None
-    slope_column: int = 0
-
-    def fill(self, points: Points) -> None:
-        """Fill rows 1, 2, and so on: a row has what is set at the beginning of the step that leads to it."""
-        begins = points.signal_times[:-1]
-        rows = slice(1, points.signal_times.size)
-        self.values[rows, self.column] = self.signal.values(begins)
-        if self.slopes is not None:
-            self.slopes[rows, self.slope_column] = self.signal.slopes(begins)
-
-    def settle(self, points: Points) -> None:
-        """Once the steps are taken, record an input given with a slope as it was at their ends."""
-        if self.slopes is not None:
-            rows = slice(1, points.signal_times.size)
-            self.values[rows, self.column] = self.signal.left_values(points.signal_times[1:])
+_NOTHING: Mapping[Port, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
 class Node:
-    """A component in a run.
+    """A component in a run: what steps, its memory, and where its inputs come from.
 
     Attributes
     ----------
@@ -68,41 +43,106 @@ class Node:
     slave : Slave
         What steps.
     block : Block
-        What is recorded.
+        Its rows.
+    channels : tuple of Channel
+        Connections that lead to its inputs.
+    drives : tuple of Drive
+        Signals that drive its inputs.
     links : tuple
-        Where the inputs come from: source array and column, target array and column, lag in rows. The arrays are
-        memory views, on which copying one number costs a tenth of what it costs on NumPy arrays.
-    feeds : tuple of Feed
-        Signals that drive inputs.
+        The channels as plain tuples on memory views. The loop to read walks them, since looking up an attribute costs
+        as much as copying a number, and copying one between NumPy arrays ten times that.
     """
 
     name: str
     slave: Slave
     block: Block
-    links: tuple[Link, ...]
-    feeds: tuple[Feed, ...] = field(default=())
+    channels: tuple[Channel, ...]
+    drives: tuple[Drive, ...]
+    links: tuple[Link, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "links", tuple(channel.link() for channel in self.channels))
 
     def gather(self, row: int) -> None:
-        """Copy the values that connections bring into the input row `row`."""
+        """Copy the values that connections bring into the input row `row`, each as old as the algorithm has it."""
         for source, source_column, target, target_column, lag in self.links:
             target[row, target_column] = source[row - lag, source_column]
 
-    def gather_initial(self) -> None:
-        """Copy the values that connections bring within row 0."""
-        for source, source_column, target, target_column, _ in self.links:
-            target[0, target_column] = source[0, source_column]
+    def gather_initial(self, tried: Mapping[Port, float] = _NOTHING) -> None:
+        """Copy the values that connections bring within row 0, but for those that are tried."""
+        for channel in self.channels:
+            channel.target.settle(0, tried.get(channel.target.port, channel.output(0)))
+
+    def start(self, time: float) -> int:
+        """Exchange values in initialization mode, once."""
+        del time
+        self.gather_initial()
+        self.slave.write(0)
+        self.slave.read(0)
+        return 1
+
+    def lead(
+        self, begin: int, end: int, span: Span, held: Collection[Port] = (), tried: Mapping[Port, float] = _NOTHING
+    ) -> None:
+        """Step once, every input going to what it is at the end of the step.
+
+        Parameters
+        ----------
+        begin, end : int
+            Rows. What the component depends on has been stepped, but for what is tried.
+        span : Span
+            The time of the step.
+        held : collection of Port
+            Inputs to hold at what they are at the end.
+        tried : mapping of Port to float
+            Inputs, and values to take for what they are at the end.
+        """
+        for channel in self.channels:
+            target = channel.target
+            if not channel.continuous:
+                target.hold(end, channel.output(begin))
+            elif target.port in held:
+                target.hold(end, tried.get(target.port, channel.last(begin, end, span.size)))
+            else:
+                last = tried.get(target.port, channel.last(begin, end, span.size))
+                target.lead(end, channel.output(begin), last, span)
+        for drive in self.drives:
+            if not drive.constant:
+                drive.lead(end, span)
+        self.advance(end, span)
+
+    def settle(self, begin: int, end: int, span: Span, tried: Mapping[Port, float] = _NOTHING) -> None:
+        """Note what the inputs are at the end of a step taken by `lead`."""
+        for channel in self.channels:
+            if channel.continuous:
+                last = tried.get(channel.target.port, channel.last(begin, end, span.size))
+                channel.target.settle(end, last)
+        for drive in self.drives:
+            if not drive.constant:
+                drive.settle(end, span)
+
+    def advance(self, row: int, span: Span) -> None:
+        """Set the inputs, step, and get the outputs."""
+        self.slave.write(row)
+        self.slave.step(span.time, span.size)
+        self.slave.read(row)
+
+
+def driven_inputs(system: System, component: str) -> list[str]:
+    """Return the names of the inputs of a component that signals or connections drive."""
+    targets = [*system.inputs, *(connection.target for connection in system.connections)]
+    return [port.variable for port in targets if port.component == component]
 
 
 def wire(
     system: System,
     slaves: Mapping[str, Slave],
-    start_values: StartValues,
-    rows: int,
+    blocks: Mapping[str, Block],
     start_time: float,
-    lag: Lag,
     order: Sequence[str],
+    lag: Lag | None = None,
 ) -> tuple[Node, ...]:
-    """Lay out the recording and connect the components.
+    """Connect the components.
 
     Parameters
     ----------
@@ -110,80 +150,270 @@ def wire(
         Checked by `cosim.system.compatibility.check_system`.
     slaves : mapping of str to Slave
         By name of component.
-    start_values : mapping
-        What `check_system` returned.
-    rows : int
-        For how many communication points there is room.
+    blocks : mapping of str to Block
+        Memory of each; signals that drive inputs put their first value into every row.
     start_time : float
         s.
-    lag : callable
-        An algorithm of `cosim.system.method`.
     order : sequence of str
         Names of the components in stepping order.
+    lag : callable, optional
+        An algorithm of `cosim.system.method`; by default no value is old.
 
     Returns
     -------
     tuple of Node
         In stepping order.
     """
-    driven: dict[str, list[str]] = {name: [] for name in slaves}
-    for target in [*system.inputs, *(connection.target for connection in system.connections)]:
-        component, variable = split_name(target)
-        driven[component].append(variable)
-    blocks: dict[str, Block] = {}
-    feeds: dict[str, tuple[Feed, ...]] = {}
-    for name, slave in slaves.items():
-        signals = {split_name(key)[1]: value for key, value in system.inputs.items() if split_name(key)[0] == name}
-        block = allocate_block(slave.description, driven[name], start_values[name], rows)
-        blocks[name] = replace(block, slopes=_slopes(slave.description, signals, rows))
-        feeds[name] = _feeds(blocks[name], slave.description, signals, start_time)
     places = {name: place for place, name in enumerate(order)}
-    links: dict[str, list[Link]] = {name: [] for name in slaves}
+    channels: dict[str, list[Channel]] = {name: [] for name in order}
     for connection in system.connections:
-        source, target = split_name(connection.source)[0], split_name(connection.target)[0]
-        link = _link(connection.source, connection.target, slaves, blocks, lag(places[source], places[target]))
-        links[target].append(link)
-    return tuple(Node(name, slaves[name], blocks[name], tuple(links[name]), feeds[name]) for name in order)
+        source, target = connection.source.component, connection.target.component
+        late = 0 if lag is None else lag(places[source], places[target])
+        channels[target].append(_channel(connection, slaves, blocks, late))
+    drives: dict[str, list[Drive]] = {name: [] for name in order}
+    for port, signal in system.inputs.items():
+        drive = Drive(signal, _target(port, slaves, blocks))
+        drive.start(start_time)
+        drives[port.component].append(drive)
+    return tuple(Node(name, slaves[name], blocks[name], tuple(channels[name]), tuple(drives[name])) for name in order)
 
 
-def _link(source: str, target: str, slaves: Mapping[str, Slave], blocks: Mapping[str, Block], lag: int) -> Link:
-    """Resolve a connection to arrays and columns."""
-    source_section = _section(source, slaves, blocks, "outputs")
-    target_section = _section(target, slaves, blocks, "inputs")
-    return (
-        memoryview(cast(Any, source_section.values)),
-        source_section.column(split_name(source)[1]),
-        memoryview(cast(Any, target_section.values)),
-        target_section.column(split_name(target)[1]),
+def _channel(connection: Connection, slaves: Mapping[str, Slave], blocks: Mapping[str, Block], lag: int) -> Channel:
+    """Resolve a connection."""
+    source, target = connection.source, _target(connection.target, slaves, blocks)
+    output, block = slaves[source.component].description.by_name[source.variable], blocks[source.component]
+    section = block.outputs[base_type(output)]
+    derivatives, column = _slopes(block.output_slopes, output)
+    return Channel(
+        source,
+        target,
+        max(output.nominal, target.variable.nominal),
+        output.is_continuous and target.variable.is_continuous,
+        memoryview(cast(Any, section.values)),
+        section.column(source.variable),
         lag,
+        derivatives,
+        column,
     )
 
 
-def _section(name: str, slaves: Mapping[str, Slave], blocks: Mapping[str, Block], side: str) -> Section:
-    """Find the section that holds ``component.variable``."""
-    component, variable = split_name(name)
-    kind = base_type(slaves[component].description.by_name[variable])
-    return cast(Mapping[str, Section], getattr(blocks[component], side))[kind]
+def _target(port: Port, slaves: Mapping[str, Slave], blocks: Mapping[str, Block]) -> Target:
+    """Resolve an input."""
+    variable, block = slaves[port.component].description.by_name[port.variable], blocks[port.component]
+    section = block.inputs[base_type(variable)]
+    slopes, column = _slopes(block.slopes, variable)
+    return Target(port, variable, memoryview(cast(Any, section.values)), section.column(port.variable), slopes, column)
 
 
-def _slopes(description: Description, signals: Mapping[str, Signal], rows: int) -> Slopes | None:
-    """Make room for the derivatives of signals that have any, where the component can use them."""
-    variables = [description.by_name[name] for name, signal in signals.items() if not is_level(signal)]
-    references = [variable.reference for variable in variables if variable.type == "Real"]
-    return allocate_slopes(references, rows) if description.can_interpolate_inputs else None
+def _slopes(slopes: Slopes | None, variable: Variable) -> tuple[Any, int]:
+    """Find the derivatives of a variable, if there are any; others than Real may have the reference of one that has."""
+    column = slopes.column(variable.reference) if slopes is not None and variable.type == "Real" else None
+    return (None, 0) if slopes is None or column is None else (memoryview(cast(Any, slopes.values)), column)
 
 
-def _feeds(
-    block: Block, description: Description, signals: Mapping[str, Signal], start_time: float
-) -> tuple[Feed, ...]:
-    """Resolve the signals of a component, and put what they start from into row 0."""
-    feeds: list[Feed] = []
-    for name, signal in signals.items():
-        variable = description.by_name[name]
-        section = block.inputs[base_type(variable)]
-        column = section.column(name)
-        section.values[0, column] = signal.values(np.array([start_time]))[0]
-        place = None if block.slopes is None or variable.type != "Real" else block.slopes.column(variable.reference)
-        slopes = None if block.slopes is None or place is None else block.slopes.values
-        feeds.append(Feed(signal, section.values, column, slopes, place or 0))
-    return tuple(feeds)
+@dataclass(frozen=True)
+class Span:
+    """The time of a step.
+
+    Attributes
+    ----------
+    time, size, end : float
+        Communication point, communication step size and the next communication point, s.
+    first, last : float
+        When signals are evaluated for its beginning and its end, s: the same times but for rounding.
+    """
+
+    time: float
+    size: float
+    end: float
+    first: float
+    last: float
+
+    @property
+    def rounding(self) -> float:
+        """By which part the step may be longer or shorter to an FMU that keeps a time of its own."""
+        return 8.0 * math.ulp(max(abs(self.time), abs(self.end), self.size)) / self.size
+
+
+@dataclass(frozen=True)
+class Target:
+    """A driven input.
+
+    Attributes
+    ----------
+    port : Port
+        Its address.
+    variable : Variable
+        The input.
+    values : memoryview
+        Rows and columns that hold it.
+    column : int
+        In `values`.
+    slopes : memoryview, optional
+        Rows and columns of derivatives; None if the FMU holds what it is given.
+    slope_column : int
+        In `slopes`.
+    """
+
+    port: Port
+    variable: Variable
+    values: Any
+    column: int
+    slopes: Any
+    slope_column: int
+
+    def hold(self, row: int, value: float) -> None:
+        """Let the input be constant over the step."""
+        self.values[row, self.column] = value
+        if self.slopes is not None:
+            self.slopes[row, self.slope_column] = 0.0
+
+    def lead(self, row: int, first: float, last: float, span: Span) -> None:
+        """Let the input go from one value to another; an FMU that holds what it is given is given the last."""
+        if self.slopes is None:
+            self.values[row, self.column] = last
+        else:
+            self.values[row, self.column] = first
+            self.slopes[row, self.slope_column] = self._slope_within_bounds(first, last, span)
+
+    def settle(self, row: int, last: float) -> None:
+        """Note the value at the end of the step, which is over."""
+        self.values[row, self.column] = last
+
+    def _slope_within_bounds(self, first: float, last: float, span: Span) -> float:
+        """Return the slope; where the value ends at a bound, so little less that rounding does not lead past it."""
+        slope = (last - first) / span.size
+        uncertain = abs(last - first) * span.rounding
+        low, high = self.variable.minimum, self.variable.maximum
+        if (low is not None and low <= last < low + uncertain) or (
+            high is not None and high >= last > high - uncertain
+        ):
+            slope *= 1.0 - span.rounding
+        return slope
+
+    def value(self, row: int) -> float:
+        """Return the value in force at the end of the step that led to a row."""
+        return self.values[row, self.column]
+
+    def slope(self, row: int) -> float:
+        """Return the derivative in the step that led to a row."""
+        return 0.0 if self.slopes is None else self.slopes[row, self.slope_column]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A connection: an output and the input it drives.
+
+    Attributes
+    ----------
+    source : Port
+        The output.
+    target : Target
+        The input.
+    nominal : float
+        A usual size of the value, in its unit.
+    continuous : bool
+        Whether the value changes continuously but for a few places; if not, it is passed on as it is and held.
+    outputs : memoryview
+        Rows and columns that hold the output.
+    column : int
+        In `outputs`.
+    lag : int
+        How many steps old the value is that an explicit algorithm passes on.
+    derivatives : memoryview, optional
+        Rows and columns of output derivatives, where the output goes on along its derivative whatever the others do.
+    derivative_column : int
+        In `derivatives`.
+    """
+
+    source: Port
+    target: Target
+    nominal: float
+    continuous: bool
+    outputs: Any
+    column: int
+    lag: int = 0
+    derivatives: Any = None
+    derivative_column: int = 0
+
+    def link(self) -> Link:
+        """Return it as a plain tuple."""
+        return self.outputs, self.column, self.target.values, self.target.column, self.lag
+
+    def output(self, row: int) -> float:
+        """Return what the source put out at the end of the step that led to a row."""
+        return self.outputs[row, self.column]
+
+    def last(self, begin: int, end: int, size: float) -> float:
+        """Return the output at the end of a step, before a jump: what came back, or what its derivative promised."""
+        if self.derivatives is None:
+            return self.output(end)
+        return self.output(begin) + size * self.derivatives[begin, self.derivative_column]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A signal and the input it drives.
+
+    Every row holds the value of a constant from the start on, so that nothing is to be done for it.
+
+    Attributes
+    ----------
+    signal : Signal
+        What drives the input.
+    target : Target
+        The input; its slopes are those that are not known to be zero.
+    """
+
+    signal: Signal
+    target: Target
+
+    @property
+    def constant(self) -> bool:
+        """Whether it never changes."""
+        return self.signal.held is not None
+
+    def start(self, time: float) -> None:
+        """Let every row hold the value at a time [s]."""
+        np.asarray(self.target.values)[:, self.target.column] = self.signal.values(np.array([time]))[0]
+
+    def fill(self, points: Points) -> None:
+        """Fill rows 1, 2, and so on: a row has what is set at the beginning of the step that leads to it."""
+        begins = points.signal_times[:-1]
+        rows = slice(1, points.signal_times.size)
+        np.asarray(self.target.values)[rows, self.target.column] = self.signal.values(begins)
+        if self.target.slopes is not None:
+            np.asarray(self.target.slopes)[rows, self.target.slope_column] = self.signal.slopes(begins)
+
+    def settle_filled(self, points: Points) -> None:
+        """Once the steps are taken, record an input given with a slope as it was at their ends."""
+        if self.target.slopes is not None:
+            rows = slice(1, points.signal_times.size)
+            ends = self.signal.left_values(points.signal_times[1:])
+            np.asarray(self.target.values)[rows, self.target.column] = ends
+
+    def hold(self, row: int, span: Span) -> None:
+        """Hold the value at the beginning of the step; an FMU that interpolates follows the slope there."""
+        self.target.hold(row, self.first(span))
+        if self.target.slopes is not None:
+            self.target.slopes[row, self.target.slope_column] = self.signal.slopes(np.array([span.first]))[0]
+
+    def lead(self, row: int, span: Span) -> None:
+        """Go from the value at the beginning of the step to that at its end; what is not Real is held."""
+        if self.target.variable.type == "Real":
+            self.target.lead(row, self.first(span), self.last(span), span)
+        else:
+            self.target.hold(row, self.first(span))
+
+    def settle(self, row: int, span: Span) -> None:
+        """Note the value at the end of a step in which the input was not held."""
+        if self.target.variable.type == "Real":
+            self.target.settle(row, self.last(span))
+
+    def first(self, span: Span) -> float:
+        """Return the value at the beginning of a step, after a jump."""
+        return self.signal.values(np.array([span.first]))[0].item()
+
+    def last(self, span: Span) -> float:
+        """Return the value at the end of a step, before a jump."""
+        return self.signal.left_values(np.array([span.last]))[0].item()

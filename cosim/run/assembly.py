@@ -8,7 +8,7 @@ import platform
 import time
 from collections.abc import Collection, Generator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from cosim.run.options import Choices
 from cosim.scenario.scenario import Scenario
 from cosim.system.description import Description, Variable
 from cosim.system.method import Method
-from cosim.system.signals import Signal, Value
+from cosim.system.signals import Value
 from cosim.system.structure import System
 
 log = logging.getLogger("cosim")
@@ -100,7 +100,7 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
             "packaging": choices.packaging,
             "components": _components(system, paths, descriptions),
             "isolated": sorted(isolated),
-            "inputs": {name: _signal(signal) for name, signal in system.inputs.items()},
+            "inputs": {name: signal.record() for name, signal in system.inputs.items()},
             "versions": versions(),
         }
         yield Assembly(master, descriptions, provenance, loading)
@@ -226,10 +226,3 @@ def _start(variable: Variable) -> Value | None:
     if variable.type == "Enumeration":
         return next((name for name, number in variable.items.items() if number == int(text)), int(text))
     return float(text) if variable.type == "Real" else int(text)
-
-
-def _signal(signal: Signal) -> dict[str, Any]:
-    """Write a signal as its kind and the numbers it is made from."""
-    parts = fields(signal) if is_dataclass(signal) else ()
-    made_from = {part.name: getattr(signal, part.name) for part in parts if part.init}
-    return {"kind": type(signal).__name__.lower(), **made_from}

@@ -11,16 +11,13 @@ import os
 import struct
 import zipfile
 import zlib
-from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cosim.errors import CheckpointError, OutputError
+from cosim.master.run import Snapshot
 
 FORMAT = "cosim-checkpoint-1"
 _HEAD = "head"
@@ -31,36 +28,20 @@ _DAMAGE = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Checkpoint:
-    """What is kept.
-
-    Attributes
-    ----------
-    notes : mapping
-        What JSON can hold.
-    arrays : mapping of str to ndarray
-        By name; states of FMUs are of uint8.
-    """
-
-    notes: Mapping[str, Any]
-    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
-
-
-def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
-    """Write a checkpoint in place of an earlier one.
+def write_checkpoint(path: Path, snapshot: Snapshot) -> None:
+    """Write a snapshot as a checkpoint, in place of an earlier one.
 
     Raises
     ------
     OutputError
         If it cannot be written; the earlier one is left alone.
     """
-    head = {"format": FORMAT, "arrays": sorted(checkpoint.arrays), "notes": checkpoint.notes}
+    head = {"format": FORMAT, "arrays": sorted(snapshot.arrays), "notes": snapshot.notes}
     content = np.frombuffer(json.dumps(head).encode(), np.uint8)
     draft = path.with_name(f".{path.name}.new")
     try:
         with draft.open("wb") as file:
-            np.savez(file, allow_pickle=False, **{_HEAD: content}, **checkpoint.arrays)
+            np.savez(file, allow_pickle=False, **{_HEAD: content}, **snapshot.arrays)
             file.flush()
             os.fsync(file.fileno())
         draft.replace(path)
@@ -70,8 +51,8 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
         raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
-def read_checkpoint(path: Path) -> Checkpoint:
-    """Read a checkpoint.
+def read_checkpoint(path: Path) -> Snapshot:
+    """Read what a checkpoint holds.
 
     Raises
     ------
@@ -92,4 +73,4 @@ def read_checkpoint(path: Path) -> Checkpoint:
         raise CheckpointError(f"{path} is a checkpoint of format {found}; expected {FORMAT}")
     if sorted(arrays) != names:
         raise CheckpointError(f"{path} is damaged: it holds {', '.join(sorted(arrays))}; expected {', '.join(names)}")
-    return Checkpoint(notes, arrays)
+    return Snapshot(notes, arrays)

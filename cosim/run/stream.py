@@ -29,7 +29,7 @@ from cosim.master.run import Progress, Snapshot
 from cosim.recording.result import Result
 from cosim.recording.rows import Column, RowMemory, Rows
 from cosim.run.assembly import Assembly, assembled
-from cosim.run.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.interrupt import interruptible
 from cosim.run.options import Choices
 from cosim.run.run_folder import plain
@@ -154,7 +154,7 @@ class _Streaming:
             attributes = {**head, "state": "running", **self._assembly.provenance, **self.master.plan}
             self._store = create_zarr(self.folder / TRAJECTORY, self._chosen, plain(attributes))
 
-    def go_on(self, saved: Checkpoint) -> None:
+    def go_on(self, saved: Snapshot) -> None:
         """Go on from a checkpoint."""
         difference = _difference(saved.notes["identity"], self._identity)
         if difference:
@@ -181,7 +181,7 @@ class _Streaming:
             "identity": self._identity, "every": self._every, "csv": self._csv,
             "position": dict(position), "snapshot": snapshot.notes,
         }  # fmt: skip
-        write_checkpoint(self.folder / CHECKPOINT, Checkpoint(notes, {**snapshot.arrays, **self._tail.arrays()}))
+        write_checkpoint(self.folder / CHECKPOINT, Snapshot(notes, {**snapshot.arrays, **self._tail.arrays()}))
 
     def close(self, state: str) -> dict[str, Any]:
         """Bring all rows to disk with what is to be told of the run so far, which is returned."""
@@ -198,7 +198,7 @@ class _Streaming:
 
 
 @contextmanager
-def _opened(streaming: _Streaming, saved: Checkpoint | None) -> Generator[None]:
+def _opened(streaming: _Streaming, saved: Snapshot | None) -> Generator[None]:
     """Begin or go on; should a component fail, leave what was stored before readable."""
     if saved is None:
         streaming.begin()

@@ -30,8 +30,8 @@ from cosim.scenario.ssp.program import as_components
 from cosim.system.compatibility import check_system
 from cosim.system.dependency import feedthrough_loops, stepping_order
 from cosim.system.description import BASE_UNITS, Description, Unit
-from cosim.system.signals import Constant, Value
-from cosim.system.structure import System, split_name
+from cosim.system.signals import Value
+from cosim.system.structure import System
 
 log = logging.getLogger("cosim")
 
@@ -124,7 +124,7 @@ def _toolbox() -> Generator[Any]:
 
 def _without_signals(system: System) -> System:
     """Make start values of constants, and components of signals that change."""
-    constants = {name: signal.value for name, signal in system.inputs.items() if isinstance(signal, Constant)}
+    constants = {name: signal.held for name, signal in system.inputs.items() if signal.held is not None}
     changing = {name: signal for name, signal in system.inputs.items() if name not in constants}
     bare, _ = as_components(System(system.components, system.connections, changing))
     return bare.with_values(constants)
@@ -145,8 +145,8 @@ def _expose(
     `inside` says what the components are called there.
     """
     for connection in system.connections:
-        (source, output), (target, given) = split_name(connection.source), split_name(connection.target)
-        container.add_link(inside[source], output, inside[target], given)
+        source, target = connection.source, connection.target
+        container.add_link(inside[source.component], source.variable, inside[target.component], target.variable)
     driven = {connection.target for connection in system.connections}
     free = [
         (component, variable)

@@ -14,7 +14,7 @@ from typing import Any, cast
 from cosim.errors import InputError, ScenarioError, suggestion
 from cosim.scenario.scenario import Scenario, Variant
 from cosim.system.method import Method
-from cosim.system.signals import Constant, Signal, Step, Value, ramp, read_table, table_of_points
+from cosim.system.signals import Constant, Ramp, Signal, Step, Table, Value, ramp, read_table, table_of_points
 from cosim.system.structure import Component, Connection, PowerBond, System
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
@@ -170,9 +170,9 @@ def opened_scenario(source: str, stop_time: float | None = None, step_size: floa
 
 
 _SIGNAL_KEYS = {
-    "step": ("before", "after", "at"),
-    "ramp": ("initial", "final", "start", "duration"),
-    "table": ("points", "file", "column"),
+    Step.kind: Step.parts(),
+    Ramp.kind: Ramp.parts(),
+    Table.kind: ("points", "file", "column"),
 }
 
 
@@ -202,9 +202,11 @@ def read_signal(content: object, where: str, folder: Path) -> Signal:
         raise ScenarioError(f"{where}.kind is '{kind}'{suggestion(kind, _SIGNAL_KEYS)}")
     table = TomlTable(cast(object, content), where, ("kind", *_SIGNAL_KEYS[kind]))
     build: dict[str, Callable[[], Signal]] = {
-        "step": lambda: Step(table.number_or_boolean("before"), table.number_or_boolean("after"), table.number("at")),
-        "ramp": lambda: ramp(*(table.number(key) for key in _SIGNAL_KEYS["ramp"])),
-        "table": lambda: _points(table, folder),
+        Step.kind: lambda: Step(
+            table.number_or_boolean("before"), table.number_or_boolean("after"), table.number("at")
+        ),
+        Ramp.kind: lambda: ramp(*(table.number(key) for key in Ramp.parts())),
+        Table.kind: lambda: _points(table, folder),
     }
     try:
         return build[kind]()

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.description import Description, Match, Variable, compare, describe
-from cosim.system.signals import Constant, Signal, Step, Value
-from cosim.system.structure import Component, Connection, System, split_name
+from cosim.system.signals import Signal, Value
+from cosim.system.structure import Component, Connection, Port, System
 
 log = logging.getLogger("cosim")
 
@@ -44,24 +44,23 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
     for target, signal in system.inputs.items():
         _check_signal(target, signal, _variable(target, descriptions))
     values = {part.name: start_values(part, descriptions[part.name]) for part in system.components}
-    driven = {connection.target: connection.source for connection in system.connections}
+    driven: dict[Port, str] = {connection.target: connection.source for connection in system.connections}
     driven.update(dict.fromkeys(system.inputs, "a signal"))
     for name, description in descriptions.items():
         given = {variable.name for variable in values[name]}
         for variable in description.with_causality("input"):
-            _check_input(f"{name}.{variable.name}", variable, variable.name in given, driven)
+            _check_input(Port(name, variable.name), variable, variable.name in given, driven)
     return values
 
 
-def _variable(name: str, descriptions: Mapping[str, Description]) -> Variable:
-    """Find ``component.variable`` among the inputs and outputs, or refuse it."""
-    component, wanted = split_name(name)
-    description = descriptions[component]
+def _variable(port: Port, descriptions: Mapping[str, Description]) -> Variable:
+    """Find a variable among the inputs and outputs, or refuse it."""
+    wanted, description = port.variable, descriptions[port.component]
     if wanted in description.by_name:
         return description.by_name[wanted]
     known = [variable.name for variable in description.variables if variable.causality in ("input", "output")]
     hint = suggestion(wanted, known)
-    raise SystemDefinitionError(f"{component}: {description.model_name} has no variable '{wanted}'{hint}")
+    raise SystemDefinitionError(f"{port.component}: {description.model_name} has no variable '{wanted}'{hint}")
 
 
 def _check_connection(connection: Connection, descriptions: Mapping[str, Description]) -> None:
@@ -93,22 +92,19 @@ def _check_units(label: str, source: Variable, target: Variable) -> None:
         log.warning("%s: cannot tell whether %s and %s are the same unit", label, actual, expected)
 
 
-def _check_signal(target: str, signal: Signal, variable: Variable) -> None:
+def _check_signal(target: Port, signal: Signal, variable: Variable) -> None:
     """Refuse a signal for what is no input, or of another type."""
     if variable.causality != "input":
         raise SystemDefinitionError(f"{target} has causality {variable.causality}; a signal drives an input only")
     if variable.type == "String":
         raise SystemDefinitionError(f"{target} is String; a signal drives numbers, Booleans and enumerations only")
-    if isinstance(signal, Constant):
-        convert(target, variable, signal.value)
-    elif isinstance(signal, Step):
-        convert(target, variable, signal.before)
-        convert(target, variable, signal.after)
-    elif variable.type != "Real":
+    for level in signal.levels or ():
+        convert(target, variable, level)
+    if signal.levels is None and variable.type != "Real":
         raise SystemDefinitionError(f"{target} is {variable.type}; ramps and tables drive Real inputs only")
 
 
-def _check_input(name: str, variable: Variable, given: bool, driven: Mapping[str, str]) -> None:
+def _check_input(name: Port, variable: Variable, given: bool, driven: Mapping[Port, str]) -> None:
     """Refuse an input that has no value, or has one given beside its source."""
     if name in driven and given:
         raise SystemDefinitionError(f"{name} is driven by {driven[name]}; its value cannot be set as well")

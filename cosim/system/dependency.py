@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.description import Description
-from cosim.system.structure import Connection, System, split_name
+from cosim.system.structure import Connection, Port, System
 
-Edges = Mapping[str, frozenset[str]]
+_Node = TypeVar("_Node", bound=str)
+_Edges = Mapping[_Node, frozenset[_Node]]
 
 
 @dataclass(frozen=True)
@@ -23,21 +25,21 @@ class Loop:
 
     Attributes
     ----------
-    path : tuple of str
-        A shortest way round, ``component.variable`` by ``component.variable``; the first follows from the last.
-    variables : frozenset of str
+    path : tuple of Port
+        A shortest way round; the first follows from the last.
+    variables : frozenset of Port
         Everything that depends on itself together with them.
     """
 
-    path: tuple[str, ...]
-    variables: frozenset[str]
+    path: tuple[Port, ...]
+    variables: frozenset[Port]
 
     def __str__(self) -> str:
         return " -> ".join((*self.path, self.path[0]))
 
 
 @dataclass(frozen=True)
-class Group:
+class SteppingGroup:
     """Components to be stepped together.
 
     Attributes
@@ -76,21 +78,21 @@ def feedthrough_loops(
     return tuple(loops)
 
 
-def feedthrough_reach(system: System, descriptions: Mapping[str, Description]) -> dict[str, frozenset[str]]:
+def feedthrough_reach(system: System, descriptions: Mapping[str, Description]) -> dict[Port, frozenset[Port]]:
     """Find what changes at once with an input.
 
     Returns
     -------
-    dict of str to frozenset of str
-        By the name of each driven input, the connected inputs that depend on it directly, through any number of
+    dict of Port to frozenset of Port
+        By driven input, the connected inputs that depend on it directly, through any number of
         components.
     """
     edges = {name: set(targets) for name, targets in _variable_edges(system, descriptions, initially=False).items()}
-    for name in system.inputs:
-        component, variable = split_name(name)
-        sources = {connection.source for connection in system.connections}
-        outputs = (source for source in sources if split_name(source)[0] == component)
-        edges[name] = {out for out in outputs if variable in descriptions[component].fed_through(split_name(out)[1])}
+    sources = {connection.source for connection in system.connections}
+    for port in system.inputs:
+        description = descriptions[port.component]
+        outputs = (source for source in sources if source.component == port.component)
+        edges[port] = {output for output in outputs if port.variable in description.fed_through(output.variable)}
     frozen = {name: frozenset(targets) for name, targets in edges.items()}
     inputs = {connection.target for connection in system.connections}
     return {name: _reachable(name, frozen) & inputs for name in (*inputs, *system.inputs)}
@@ -98,7 +100,7 @@ def feedthrough_reach(system: System, descriptions: Mapping[str, Description]) -
 
 def stepping_groups(
     system: System, descriptions: Mapping[str, Description], connections: Iterable[Connection]
-) -> tuple[Group, ...]:
+) -> tuple[SteppingGroup, ...]:
     """Derive a stepping order: what is depended on comes first, and what depends on each other forms a group.
 
     In a group something has to be stepped with old values. It is the component through which a connection within the
@@ -120,7 +122,7 @@ def stepping_groups(
     groups = _groups(names, edges)
     through = {name: _feeds_through(name, group, counted, descriptions) for group in groups for name in group}
     leading_back = {name for name in names if name in _reachable(name, edges)}
-    return tuple(Group(_ordered(group, edges, through), leading_back.issuperset(group)) for group in groups)
+    return tuple(SteppingGroup(_ordered(group, edges, through), leading_back.issuperset(group)) for group in groups)
 
 
 def stepping_order(
@@ -145,25 +147,26 @@ def stepping_order(
     return tuple(given)
 
 
-def _variable_edges(system: System, descriptions: Mapping[str, Description], initially: bool) -> Edges:
+def _variable_edges(system: System, descriptions: Mapping[str, Description], initially: bool) -> _Edges[Port]:
     """Lead from each connected output to the inputs it drives, and from those to the outputs they feed through to."""
-    leads: dict[str, set[str]] = {}
+    leads: dict[Port, set[Port]] = {}
     for connection in system.connections:
         leads.setdefault(connection.source, set()).add(connection.target)
         leads.setdefault(connection.target, set())
     for connection in system.connections:
-        component, output = split_name(connection.source)
-        for name in descriptions[component].fed_through(output, initially=initially):
-            if f"{component}.{name}" in leads:
-                leads[f"{component}.{name}"].add(connection.source)
+        source = connection.source
+        for name in descriptions[source.component].fed_through(source.variable, initially=initially):
+            fed = Port(source.component, name)
+            if fed in leads:
+                leads[fed].add(source)
     return {name: frozenset(targets) for name, targets in leads.items()}
 
 
-def _component_edges(names: Sequence[str], connections: Iterable[Connection]) -> Edges:
+def _component_edges(names: Sequence[str], connections: Iterable[Connection]) -> _Edges[str]:
     """Lead from each component to those it drives."""
     leads: dict[str, set[str]] = {name: set() for name in names}
     for connection in connections:
-        leads[split_name(connection.source)[0]].add(split_name(connection.target)[0])
+        leads[connection.source.component].add(connection.target.component)
     return {name: frozenset(targets) for name, targets in leads.items()}
 
 
@@ -171,13 +174,13 @@ def _feeds_through(
     name: str, group: Sequence[str], connections: Iterable[Connection], descriptions: Mapping[str, Description]
 ) -> bool:
     """Whether a component passes something on within its group without a step between."""
-    within = [c for c in connections if split_name(c.source)[0] in group and split_name(c.target)[0] in group]
-    inputs = {variable for component, variable in (split_name(c.target) for c in within) if component == name}
-    outputs = {variable for component, variable in (split_name(c.source) for c in within) if component == name}
+    within = [c for c in connections if c.source.component in group and c.target.component in group]
+    inputs = {c.target.variable for c in within if c.target.component == name}
+    outputs = {c.source.variable for c in within if c.source.component == name}
     return any(descriptions[name].fed_through(output) & inputs for output in outputs)
 
 
-def _groups(names: Sequence[str], edges: Edges) -> list[tuple[str, ...]]:
+def _groups(names: Sequence[str], edges: _Edges[str]) -> list[tuple[str, ...]]:
     """Gather nodes that lead to each other, and put the groups into an order in which none leads back."""
     groups: list[tuple[str, ...]] = []
     left = list(names)
@@ -191,7 +194,7 @@ def _groups(names: Sequence[str], edges: Edges) -> list[tuple[str, ...]]:
     return groups
 
 
-def _ordered(group: Sequence[str], edges: Edges, through: Mapping[str, bool]) -> tuple[str, ...]:
+def _ordered(group: Sequence[str], edges: _Edges[str], through: Mapping[str, bool]) -> tuple[str, ...]:
     """Order nodes that lead to each other: one first, and the others as if nothing led to it."""
     if len(group) == 1:
         return tuple(group)
@@ -201,9 +204,9 @@ def _ordered(group: Sequence[str], edges: Edges, through: Mapping[str, bool]) ->
     return (first, *(name for part in _groups(others, inner) for name in _ordered(part, inner, through)))
 
 
-def _reachable(start: str, edges: Edges) -> frozenset[str]:
+def _reachable(start: _Node, edges: _Edges[_Node]) -> frozenset[_Node]:
     """Return where one gets from a node, in one step or more."""
-    seen: set[str] = set()
+    seen: set[_Node] = set()
     ahead = list(edges[start])
     while ahead:
         node = ahead.pop()
@@ -213,15 +216,15 @@ def _reachable(start: str, edges: Edges) -> frozenset[str]:
     return frozenset(seen)
 
 
-def _cycle(node: str, edges: Edges) -> frozenset[str]:
+def _cycle(node: _Node, edges: _Edges[_Node]) -> frozenset[_Node]:
     """Return the nodes that lead to a node and are led to by it; nothing if it does not lead to itself."""
     return frozenset(other for other in _reachable(node, edges) if node in _reachable(other, edges))
 
 
-def _shortest_cycle(start: str, edges: Edges) -> tuple[str, ...]:
+def _shortest_cycle(start: _Node, edges: _Edges[_Node]) -> tuple[_Node, ...]:
     """Return a shortest way from a node back to it, by breadth-first search."""
-    ways: deque[tuple[str, ...]] = deque([(start,)])
-    seen: set[str] = set()
+    ways: deque[tuple[_Node, ...]] = deque([(start,)])
+    seen: set[_Node] = set()
     while ways:
         way = ways.popleft()
         for node in sorted(edges[way[-1]]):

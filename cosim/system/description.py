@@ -53,6 +53,11 @@ class Variable:
     description: str = ""
 
     @property
+    def is_continuous(self) -> bool:
+        """Whether it is a real number that changes continuously, but for a few places."""
+        return self.type == "Real" and self.variability == "continuous"
+
+    @property
     def settable(self) -> bool:
         """Whether a start value may be given before initialisation."""
         if self.variability == "constant" or self.causality in ("independent", "calculatedParameter"):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.dependency import stepping_groups
 from cosim.system.description import Description, Unit, Variable, describe
-from cosim.system.structure import Connection, PowerBond, System, split_name
+from cosim.system.structure import Connection, Port, PowerBond, System
 
 # Exponents of kg, m, s, A, K, mol, cd; angles do not count.
 _WATT = (1, 2, -3, 0, 0, 0, 0)
@@ -23,20 +23,20 @@ class Bond:
 
     Attributes
     ----------
-    input, output : str
+    input, output : Port
         Of the component that takes the power in.
-    source : str
+    source : Port
         The output that drives `input`.
-    back : str or None
+    back : Port or None
         The input of the same component as `source` that `output` drives, if there is one.
     factor : float
         From the product of the values to W.
     """
 
-    input: str
-    output: str
-    source: str
-    back: str | None
+    input: Port
+    output: Port
+    source: Port
+    back: Port | None
     factor: float
 
 
@@ -71,19 +71,19 @@ def _told(
 ) -> Bond | None:
     """Find the output that goes with a connected input, if there is no doubt about it."""
     source, target = connection.source, connection.target
-    component, name = split_name(target)
+    component, name = target.component, target.variable
     description = descriptions[component]
     variable = description.by_name[name]
     outputs = {
-        f"{component}.{output.name}": factor
+        Port(component, output.name): factor
         for output in description.with_causality("output")
         for factor in [_watts(variable, output)]
         if factor
     }
-    giver = split_name(source)[0]
+    giver = source.component
     pairs = [output for output in outputs if giver != component and _back(output, giver, system)]
     coupled = any(giver in group and component in group for group in groups)
-    through = [output for output in outputs if name in description.fed_through(split_name(output)[1])]
+    through = [output for output in outputs if name in description.fed_through(output.variable)]
     chosen = pairs or (through if coupled else [])
     if len(chosen) != 1:
         return None
@@ -92,29 +92,29 @@ def _told(
 
 def _named(bond: PowerBond, system: System, descriptions: Mapping[str, Description]) -> Bond:
     """Check a bond that the system names."""
-    component = split_name(bond.input)[0]
+    component = bond.input.component
     description = descriptions[component]
     for name, causality in ((bond.input, "input"), (bond.output, "output")):
-        known = [f"{component}.{variable.name}" for variable in description.with_causality(causality)]
+        known = [Port(component, variable.name) for variable in description.with_causality(causality)]
         if name not in known:
             raise SystemDefinitionError(f"power bond: {name} is no {causality}{suggestion(name, known)}")
     source = next((one.source for one in system.connections if one.target == bond.input), None)
     if source is None:
         raise SystemDefinitionError(f"power bond: {bond.input} is not connected; expected an input with a source")
-    first, second = (description.by_name[split_name(name)[1]] for name in (bond.input, bond.output))
+    first, second = (description.by_name[port.variable] for port in (bond.input, bond.output))
     factor = _watts(first, second)
     if factor is None:
         raise SystemDefinitionError(
             f"power bond: {bond.input} in {describe(first.unit)} times {bond.output} in {describe(second.unit)} "
             "is no power"
         )
-    return Bond(bond.input, bond.output, source, _back(bond.output, split_name(source)[0], system), factor)
+    return Bond(bond.input, bond.output, source, _back(bond.output, source.component, system), factor)
 
 
-def _back(output: str, giver: str, system: System) -> str | None:
+def _back(output: Port, giver: str, system: System) -> Port | None:
     """Return the input of a component that an output drives."""
     targets = (connection.target for connection in system.connections if connection.source == output)
-    return next((target for target in targets if split_name(target)[0] == giver), None)
+    return next((target for target in targets if target.component == giver), None)
 
 
 def _watts(first: Variable, second: Variable) -> float | None:

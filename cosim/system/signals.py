@@ -10,9 +10,9 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,22 @@ from numpy.typing import NDArray
 from cosim.errors import ScenarioError
 
 Value = float | int | bool | str
+Level = float | int | bool
 FloatArray = NDArray[np.float64]
+
+Change = tuple[float, float, float, float]
+"""Initial value, final value, start [s] and duration [s]."""
 
 
 class Signal(Protocol):
-    """A value over time [s]."""
+    """A value over time [s].
+
+    A signal of one's own derives from this class and gives its `kind`, breakpoints, values and slopes; the rest follows
+    from them, but may be told better.
+    """
+
+    kind: ClassVar[str]
+    """What it is called in scenarios, records and messages."""
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -43,12 +54,54 @@ class Signal(Protocol):
         """Give the derivatives [1/s] just after `times`; same shape."""
         ...
 
+    @property
+    def levels(self) -> tuple[Level, ...] | None:
+        """All values it ever has, if it only jumps between them; None if it may have any, as only a Real can."""
+        return None
+
+    @property
+    def held(self) -> Level | None:
+        """The value, if it never changes."""
+        levels = self.levels
+        return levels[0] if levels is not None and len(levels) == 1 else None
+
+    @property
+    def is_level(self) -> bool:
+        """Whether it is known to be level between its breakpoints, so that it has no slope anywhere."""
+        return self.levels is not None
+
+    @property
+    def change(self) -> Change | None:
+        """What it is as one change of a number, at once or along a straight line, if it is."""
+        return None
+
+    def record(self) -> dict[str, Any]:
+        """Return its kind and the numbers it is made from, as JSON can hold them."""
+        return {"kind": self.kind, **{name: getattr(self, name) for name in self.parts()}}
+
+    @classmethod
+    def parts(cls) -> tuple[str, ...]:
+        """Name the numbers that it is made from, as scenarios and records do."""
+        return tuple(part.name for part in fields(cls) if part.init) if is_dataclass(cls) else ()
+
 
 @dataclass(frozen=True)
-class Constant:
+class Constant(Signal):
     """One value for ever; of any type but String."""
 
-    value: float | int | bool
+    kind: ClassVar[str] = "constant"
+
+    value: Level
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """The value."""
+        return (self.value,)
+
+    @property
+    def change(self) -> Change | None:
+        """No change at time 0, of a number."""
+        return None if isinstance(self.value, bool) else (float(self.value), float(self.value), 0.0, 0.0)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -69,17 +122,29 @@ class Constant:
 
 
 @dataclass(frozen=True)
-class Step:
+class Step(Signal):
     """`before` until the time `at` [s], `after` from then on; of any type but String."""
 
-    before: float | int | bool
-    after: float | int | bool
+    kind: ClassVar[str] = "step"
+
+    before: Level
+    after: Level
     at: float
 
     def __post_init__(self) -> None:
         _require_finite("step", at=self.at)
         if isinstance(self.before, bool) is not isinstance(self.after, bool):
             raise ScenarioError(f"step: before is {self.before!r} and after is {self.after!r}; expected the same type")
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """The values before and after."""
+        return self.before, self.after
+
+    @property
+    def change(self) -> Change | None:
+        """A jump of a number."""
+        return None if isinstance(self.before, bool) else (float(self.before), float(self.after), self.at, 0.0)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -100,7 +165,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Table:
+class Table(Signal):
     """Straight lines through points; a time given twice is a jump; held before the first and after the last.
 
     Parameters
@@ -110,6 +175,8 @@ class Table:
     points : tuple of float
         Values there, as many.
     """
+
+    kind: ClassVar[str] = "table"
 
     times: tuple[float, ...]
     points: tuple[float, ...]
@@ -126,6 +193,20 @@ class Table:
             raise ScenarioError("table: times must not decrease, and none may be given more than twice")
         object.__setattr__(self, "_times", times)
         object.__setattr__(self, "_points", points)
+
+    @property
+    def is_level(self) -> bool:
+        """Whether all points between jumps are equal."""
+        return not self.slopes(np.array(self.breakpoints)).any()
+
+    @property
+    def change(self) -> Change | None:
+        """A ramp, where two points make one."""
+        match self:
+            case Table((begin, end), (initial, final)) if end > begin:
+                return initial, final, begin, _duration(begin, end)
+            case _:
+                return None
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -159,14 +240,69 @@ class Table:
         return self._points[low] + part * (self._points[high] - self._points[low])
 
 
-def is_level(signal: Signal) -> bool:
-    """Whether a signal is known to be level between its breakpoints, so that it has no slope anywhere."""
-    if isinstance(signal, Table):
-        return not signal.slopes(np.array(signal.breakpoints)).any()
-    return isinstance(signal, Constant | Step)
+@dataclass(frozen=True)
+class Ramp(Signal):
+    """Straight from `initial` to `final` within `duration` [s] from the time `start` [s]; of type Real."""
+
+    kind: ClassVar[str] = "ramp"
+
+    initial: float
+    final: float
+    start: float
+    duration: float
+    _line: Table = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        _require_finite("ramp", initial=self.initial, final=self.final, start=self.start, duration=self.duration)
+        if self.duration < 0:
+            raise ScenarioError(f"ramp: duration is {self.duration:g} s; expected a number >= 0")
+        line = Table((self.start, self.start + self.duration), (self.initial, self.final))
+        object.__setattr__(self, "_line", line)
+
+    @property
+    def is_level(self) -> bool:
+        """Whether it leads nowhere."""
+        return self._line.is_level
+
+    @property
+    def change(self) -> Change:
+        """Itself."""
+        return self.initial, self.final, self.start, self.duration
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Where it starts and ends."""
+        return self._line.breakpoints
+
+    def values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Interpolate."""
+        return self._line.values(times)
+
+    def left_values(self, times: FloatArray) -> NDArray[np.generic]:
+        """Interpolate."""
+        return self._line.left_values(times)
+
+    def slopes(self, times: FloatArray) -> FloatArray:
+        """Return the slope from the start on, and zero from the end on."""
+        return self._line.slopes(times)
 
 
-def ramp(initial: float, final: float, start: float, duration: float) -> Step | Table:
+def signal_of_change(change: Change) -> Constant | Step | Ramp:
+    """Return the signal that makes a change: where nothing changes at time 0, a constant."""
+    initial, final, start, duration = change
+    if (initial, start, duration) == (final, 0.0, 0.0):
+        return Constant(initial)
+    return ramp(initial, final, start, duration)
+
+
+def _duration(begin: float, end: float) -> float:
+    """Return the duration that leads to the very number of the end, where the difference is a last bit off."""
+    duration = end - begin
+    near = (duration, math.nextafter(duration, 0.0), math.nextafter(duration, math.inf))
+    return next((number for number in near if begin + number == end), duration)
+
+
+def ramp(initial: float, final: float, start: float, duration: float) -> Step | Ramp:
     """Build the signal that goes straight from `initial` to `final` within `duration` [s] from the time `start` [s].
 
     Raises
@@ -174,12 +310,10 @@ def ramp(initial: float, final: float, start: float, duration: float) -> Step | 
     ScenarioError
         If a number is not finite or the duration is negative. A duration of zero is a step.
     """
-    _require_finite("ramp", initial=initial, final=final, start=start, duration=duration)
-    if duration < 0:
-        raise ScenarioError(f"ramp: duration is {duration:g} s; expected a number >= 0")
     if duration == 0:
+        _require_finite("ramp", initial=initial, final=final)
         return Step(initial, final, start)
-    return Table((start, start + duration), (initial, final))
+    return Ramp(initial, final, start, duration)
 
 
 def read_table(path: Path, column: str | None = None) -> Table:

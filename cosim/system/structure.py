@@ -9,12 +9,62 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Never
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.signals import Constant, Signal, Value
 
 COUPLING = "coupling"
 """What stands before the dot in recorded names that tell of the coupling, where in others a component's name does."""
+
+
+class Port(str):
+    """A variable of a component, by its address ``component.variable``.
+
+    It is the text of the address, and compares, orders and serves as a key like it, so that whoever asks a system or a
+    record for a variable may write a string. What is inside holds ports, whose parts need not be told apart again.
+
+    Parameters
+    ----------
+    component, variable : str
+        Names; that of a component has no dot.
+    """
+
+    __slots__ = ("component", "variable")
+
+    component: str
+    variable: str
+
+    def __new__(cls, component: str, variable: str) -> Port:
+        """Join a component and a variable."""
+        port = super().__new__(cls, f"{component}.{variable}")
+        object.__setattr__(port, "component", component)
+        object.__setattr__(port, "variable", variable)
+        return port
+
+    @classmethod
+    def parse(cls, address: str) -> Port:
+        """Split ``component.variable`` at its first dot; a port stays as it is.
+
+        Raises
+        ------
+        SystemDefinitionError
+            If there is no dot, or nothing on one side of it.
+        """
+        if isinstance(address, cls):
+            return address
+        component, _, variable = address.partition(".")
+        if not component or not variable:
+            raise SystemDefinitionError(f"'{address}': expected the form component.variable")
+        return cls(component, variable)
+
+    def __getnewargs__(self) -> tuple[str, str]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Return what a copy is made from."""
+        return self.component, self.variable
+
+    def __setattr__(self, name: str, value: object) -> Never:
+        """Refuse any change."""
+        raise AttributeError(f"{self}: a port cannot be changed")
 
 
 @dataclass(frozen=True)
@@ -46,19 +96,19 @@ class Component:
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Connection:
     """An output that drives an input, each written ``component.variable``."""
 
-    source: str
-    target: str
+    source: Port
+    target: Port
 
-    def __post_init__(self) -> None:
-        for end in (self.source, self.target):
-            split_name(end)
+    def __init__(self, source: str, target: str) -> None:
+        object.__setattr__(self, "source", Port.parse(source))
+        object.__setattr__(self, "target", Port.parse(target))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class PowerBond:
     """Power that a component takes in: an input and an output of it, of which the product is a power.
 
@@ -66,18 +116,23 @@ class PowerBond:
     connections exchange the power; if not, that component is taken to give it at the output's own value.
     """
 
-    input: str
-    output: str
+    input: Port
+    output: Port
 
-    def __post_init__(self) -> None:
-        first, second = split_name(self.input)[0], split_name(self.output)[0]
+    def __init__(self, input: str, output: str) -> None:  # noqa: A002  named as its fields are
+        object.__setattr__(self, "input", Port.parse(input))
+        object.__setattr__(self, "output", Port.parse(output))
+        first, second = self.input.component, self.output.component
         if first != second:
             raise SystemDefinitionError(
                 f"power bond {self.input}, {self.output}: {second} is another component; expected an output of {first}"
             )
 
 
-@dataclass(frozen=True)
+_NO_INPUTS: Mapping[Port, Signal] = MappingProxyType({})
+
+
+@dataclass(frozen=True, init=False)
 class System:
     """Components, the connections between them, and the signals that drive the inputs left over.
 
@@ -88,7 +143,7 @@ class System:
     connections : tuple of Connection
         Each input is driven at most once.
     inputs : mapping of str to Signal
-        Signals by the name ``component.variable`` of the input they drive.
+        Signals by the address ``component.variable`` of the input they drive.
     guards : tuple of str, optional
         Boolean outputs that say that a value is a guard's or a limit's; by default those whose names end in
         ``_active``.
@@ -103,36 +158,39 @@ class System:
     """
 
     components: tuple[Component, ...]
-    connections: tuple[Connection, ...] = ()
-    inputs: Mapping[str, Signal] = field(default_factory=dict[str, Signal])
-    guards: tuple[str, ...] | None = None
-    power_bonds: tuple[PowerBond, ...] | None = None
+    connections: tuple[Connection, ...]
+    inputs: Mapping[Port, Signal]
+    guards: tuple[Port, ...] | None
+    power_bonds: tuple[PowerBond, ...] | None
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "inputs", MappingProxyType(dict(self.inputs)))
-        names = [component.name for component in self.components]
-        if not names:
-            raise SystemDefinitionError("the system has no component")
-        for name in names:
-            if names.count(name) > 1:
-                raise SystemDefinitionError(f"component '{name}' is declared {names.count(name)} times; expected once")
-        for connection in self.connections:
-            self.component_of(connection.source)
-            self.component_of(connection.target)
-        for name in (*self.inputs, *(self.guards or ()), *(bond.input for bond in self.power_bonds or ())):
-            self.component_of(name)
+    def __init__(
+        self,
+        components: tuple[Component, ...],
+        connections: tuple[Connection, ...] = (),
+        inputs: Mapping[str, Signal] | Mapping[Port, Signal] = _NO_INPUTS,
+        guards: tuple[str, ...] | None = None,
+        power_bonds: tuple[PowerBond, ...] | None = None,
+    ) -> None:
+        signals = MappingProxyType({Port.parse(name): signal for name, signal in inputs.items()})
+        object.__setattr__(self, "components", components)
+        object.__setattr__(self, "connections", connections)
+        object.__setattr__(self, "inputs", signals)
+        object.__setattr__(self, "guards", None if guards is None else tuple(map(Port.parse, guards)))
+        object.__setattr__(self, "power_bonds", power_bonds)
+        self._refuse_unknown_components()
         self._refuse_double_drives()
 
     def component_of(self, name: str) -> Component:
         """Return the component that ``component.variable`` belongs to, or refuse the name."""
-        wanted, _ = split_name(name)
+        port = Port.parse(name)
         for component in self.components:
-            if component.name == wanted:
+            if component.name == port.component:
                 return component
         known = [component.name for component in self.components]
-        raise SystemDefinitionError(f"{name}: there is no component '{wanted}'{suggestion(wanted, known)}")
+        hint = suggestion(port.component, known)
+        raise SystemDefinitionError(f"{name}: there is no component '{port.component}'{hint}")
 
-    def with_values(self, values: Mapping[str, Value]) -> System:
+    def with_values(self, values: Mapping[str, Value] | Mapping[Port, Value]) -> System:
         """Return the system with parameters, or inputs that no connection drives, set to other values.
 
         Parameters
@@ -142,16 +200,30 @@ class System:
         """
         inputs = dict(self.inputs)
         parameters = {component.name: dict(component.parameters) for component in self.components}
-        for name, value in values.items():
-            component, variable = self.component_of(name).name, split_name(name)[1]
-            if name in inputs and isinstance(value, str):
-                raise SystemDefinitionError(f"{name}: value is '{value}'; expected a number or a Boolean")
-            if name in inputs and not isinstance(value, str):
-                inputs[name] = Constant(value)
+        for port, value in ((Port.parse(name), value) for name, value in values.items()):
+            component = self.component_of(port).name
+            if port in inputs and isinstance(value, str):
+                raise SystemDefinitionError(f"{port}: value is '{value}'; expected a number or a Boolean")
+            if port in inputs and not isinstance(value, str):
+                inputs[port] = Constant(value)
             else:
-                parameters[component][variable] = value
+                parameters[component][port.variable] = value
         components = tuple(replace(component, parameters=parameters[component.name]) for component in self.components)
         return replace(self, components=components, inputs=inputs)
+
+    def _refuse_unknown_components(self) -> None:
+        """Refuse a system without components, names that are not unique, and addresses of components not in it."""
+        names = [component.name for component in self.components]
+        if not names:
+            raise SystemDefinitionError("the system has no component")
+        for name in names:
+            if names.count(name) > 1:
+                raise SystemDefinitionError(f"component '{name}' is declared {names.count(name)} times; expected once")
+        for connection in self.connections:
+            self.component_of(connection.source)
+            self.component_of(connection.target)
+        for port in (*self.inputs, *(self.guards or ()), *(bond.input for bond in self.power_bonds or ())):
+            self.component_of(port)
 
     def _refuse_double_drives(self) -> None:
         """Refuse an input that two connections, or a connection and a signal, drive."""
@@ -163,17 +235,3 @@ class System:
                     f"{connection.target} is driven by {first} and by {connection.source}; expected one source"
                 )
             drivers[connection.target] = connection.source
-
-
-def split_name(name: str) -> tuple[str, str]:
-    """Split ``component.variable`` at its first dot.
-
-    Raises
-    ------
-    SystemDefinitionError
-        If there is no dot, or nothing on one side of it.
-    """
-    component, _, variable = name.partition(".")
-    if not component or not variable:
-        raise SystemDefinitionError(f"'{name}': expected the form component.variable")
-    return component, variable

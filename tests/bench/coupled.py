@@ -14,12 +14,11 @@ from cosim.fmi2.locate import locate_fmu
 from cosim.fmi2.model_description import read_description
 from cosim.master.communication_points import Points, communication_points
 from cosim.master.compiled_loop import StepLoop, loop_library
-from cosim.master.fixed_step import readable_steps
+from cosim.master.fixed_step import readable_steps, window_block
 from cosim.master.run import initialise
 from cosim.master.wiring import Node, wire
 from cosim.system.compatibility import check_system
 from cosim.system.method import EXPLICIT
-from cosim.system.structure import split_name
 from tests.bench.native import importer, loops
 from tests.importers.test_libcosimpy import build
 from tests.plant.drive import Drive
@@ -57,9 +56,11 @@ class Alone:
         self._pointers = (c_void_p * len(fmus))(*(ctypes.addressof(bound) for bound in self._bound))
         self._links = (Link * len(SYSTEM.connections))()
         for link, connection in zip(self._links, SYSTEM.connections, strict=True):
-            (source, output), (target, given) = split_name(connection.source), split_name(connection.target)
-            link.source, link.output = places[source], fmus[source].variables[output].valueReference
-            link.target, link.input = places[target], fmus[target].variables[given].valueReference
+            source, target = connection.source, connection.target
+            link.source = places[source.component]
+            link.output = fmus[source.component].variables[source.variable].valueReference
+            link.target = places[target.component]
+            link.input = fmus[target.component].variables[target.variable].valueReference
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -84,7 +85,8 @@ class Master:
         slaves = {n: self._stack.enter_context(open_fmu(n, path, described[n])) for n, path in files.items()}
         start_values = check_system(SYSTEM, described)
         self._points = communication_points(0.0, STEPS * STEP, STEP, [], True).points()
-        nodes = wire(SYSTEM, slaves, start_values, STEPS + 1, 0.0, EXPLICIT["jacobi"], list(files))
+        blocks = {n: window_block(SYSTEM, n, described[n], start_values[n], STEPS + 1) for n in files}
+        nodes = wire(SYSTEM, slaves, blocks, 0.0, list(files), EXPLICIT["jacobi"])
         for node in nodes:
             node.slave.setup(node.block, start_values[node.name], 0.0, STEPS * STEP)
         initialise(nodes)

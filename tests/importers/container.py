@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fmu_manipulation_toolbox.container import FMUContainer
 
-from cosim.system.structure import System, split_name
+from cosim.system.structure import System
 from tests.importers.systems import fmu_of, outputs, settings
 
 
@@ -38,8 +38,8 @@ def make_container(
     for component, variable, value in settings(system):
         container.add_start_value(files[component], variable.name, str(value))
     for connection in system.connections:
-        (source, output), (target, given) = split_name(connection.source), split_name(connection.target)
-        container.add_link(files[source], output, files[target], given)
+        source, target = connection.source, connection.target
+        container.add_link(files[source.component], source.variable, files[target.component], target.variable)
     for component, variables in outputs(system).items():
         for variable in variables:
             name = variable.name if plain_names else f"{component}.{variable.name}"

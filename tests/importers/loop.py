@@ -18,7 +18,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from cosim.system.structure import System, split_name
+from cosim.system.structure import System
 from tests.importers.systems import fmu_of, settings
 
 Times = tuple[list[float], list[float]]
@@ -98,7 +98,7 @@ class Loop:
     """
 
     def __init__(self, system: System, stack: ExitStack) -> None:
-        self.connections = [(c.source, *split_name(c.target)) for c in system.connections]
+        self.connections = [(c.source, c.target.component, c.target.variable) for c in system.connections]
         self.parts = {part.name: Part(part.name, fmu_of(system, part.name), stack) for part in system.components}
         self.now: dict[str, Any] = {}
         for component, variable, value in settings(system):

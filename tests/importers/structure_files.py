@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
 from cosim.fmi2.model_description import read_description
-from cosim.system.structure import System, split_name
+from cosim.system.structure import System
 from tests.importers.systems import Setting, fmu_of, settings
 
 PARAMETER_SET = "start values"
@@ -36,8 +36,9 @@ def write_ssp(system: System, path: Path) -> None:
         _add_parameters(component, [setting for setting in settings(system) if setting.component == part.name])
     connections = SubElement(whole, _ssp("ssd", "Connections"))
     for connection in system.connections:
-        (source, output), (target, given) = split_name(connection.source), split_name(connection.target)
-        ends = {"startElement": source, "startConnector": output, "endElement": target, "endConnector": given}
+        source, target = connection.source, connection.target
+        ends = {"startElement": source.component, "startConnector": source.variable}
+        ends |= {"endElement": target.component, "endConnector": target.variable}
         SubElement(connections, _ssp("ssd", "Connection"), ends)
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("SystemStructure.ssd", ElementTree.tostring(root, "utf-8", xml_declaration=True))
@@ -63,8 +64,8 @@ def write_osp(system: System, step_size: float, folder: Path) -> Path:
     connections = SubElement(root, f"{{{_OSP}}}Connections")
     for connection in system.connections:
         pair = SubElement(connections, f"{{{_OSP}}}VariableConnection")
-        for component, variable in (split_name(connection.source), split_name(connection.target)):
-            SubElement(pair, f"{{{_OSP}}}Variable", simulator=component, name=variable)
+        for port in (connection.source, connection.target):
+            SubElement(pair, f"{{{_OSP}}}Variable", simulator=port.component, name=port.variable)
     path = folder / "OspSystemStructure.xml"
     path.write_bytes(ElementTree.tostring(root, "utf-8", xml_declaration=True))
     return path

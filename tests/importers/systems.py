@@ -16,7 +16,7 @@ from cosim.fmi2.model_description import read_description
 from cosim.recording.result import Result
 from cosim.system.description import Variable
 from cosim.system.signals import Constant, Value
-from cosim.system.structure import System, split_name
+from cosim.system.structure import System
 
 NATIVE = Path(__file__).parents[2] / "dist" / "native"
 
@@ -67,7 +67,7 @@ def settings(system: System) -> Iterator[Setting]:
     ]
     for target, signal in system.inputs.items():
         assert isinstance(signal, Constant)
-        given.append((*split_name(target), signal.value))
+        given.append((target.component, target.variable, signal.value))
     for component, name, value in given:
         variable = read_description(fmu_of(system, component)).by_name[name]
         yield Setting(component, variable, variable.items[str(value)] if variable.items else value)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from cosim.system.description import Variable
-from cosim.system.structure import System, split_name
+from cosim.system.structure import System
 from tests.importers.container import with_law_in_container
 from tests.importers.loop import nanoseconds, rounds, run
 from tests.importers.structure_files import write_osp, write_ssp
@@ -57,8 +57,11 @@ def build(system: System, step_size: float) -> CosimExecution:
             assert set_start(execution, places[setting.component], setting), setting
     numbers = {name: references(execution, place) for name, place in places.items()}
     for connection in system.connections:
-        (source, output), (target, given) = split_name(connection.source), split_name(connection.target)
-        ends = places[source], numbers[source][output], places[target], numbers[target][given]
+        ends = [
+            number
+            for port in (connection.source, connection.target)
+            for number in (places[port.component], numbers[port.component][port.variable])
+        ]
         assert execution.connect_real_variables(*ends) == 0
     return execution
 

@@ -14,10 +14,10 @@ from functools import cache
 from pathlib import Path
 
 from cosim.check.examination.exercise import Exercise, Plan, Record
-from cosim.check.examination.instance import ACCEPTED, OK, Instance
-from cosim.check.examination.library import Library
+from cosim.check.examination.instance import Instance, Library
 from cosim.check.reference import Experiment
 from cosim.check.verdict import Outcome, failed, noted, passed
+from cosim.fmi2.functions import ACCEPTED, OK
 from cosim.system.description import Description, Variable
 
 
@@ -61,7 +61,7 @@ class Bench:
     def continuous(self, causality: str) -> tuple[Variable, ...]:
         """Return the continuous inputs or outputs."""
         found = self.description.with_causality(causality)
-        return tuple(v for v in found if v.type == "Real" and v.variability == "continuous")
+        return tuple(v for v in found if v.is_continuous)
 
     @property
     def plan(self) -> Plan:

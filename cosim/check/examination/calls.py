@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from cosim.check.examination.bench import Bench
 from cosim.check.examination.exercise import Exercise, Plan, Record, Runner, not_finite
-from cosim.check.examination.instance import ACCEPTED, CallError
+from cosim.check.examination.instance import CallError
 from cosim.check.verdict import Outcome, failed, not_checked, noted, passed, sample, some
+from cosim.fmi2.functions import ACCEPTED
 from cosim.system.description import Variable
 from cosim.system.signals import Value
 

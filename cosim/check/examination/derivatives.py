@@ -13,8 +13,8 @@ import numpy as np
 
 from cosim.check.examination.bench import Bench
 from cosim.check.examination.exercise import Exercise, Runner
-from cosim.check.examination.instance import Exchange, Instance
-from cosim.check.examination.simulate import Run
+from cosim.check.examination.instance import Instance, VariableExchange
+from cosim.check.examination.simulate import ExperimentRun
 from cosim.check.examination.states import unclaimed
 from cosim.check.verdict import Outcome, failed, not_checked, passed, sample
 from cosim.system.description import Variable
@@ -191,7 +191,7 @@ class _Track:
 
     def __init__(self, outputs: tuple[Variable, ...]) -> None:
         self._outputs = outputs
-        self._exchange = Exchange("Real", outputs)
+        self._exchange = VariableExchange("Real", outputs)
         self._values: list[list[float]] = []
         self._differences: list[list[float]] = []
         self._given: list[list[float]] = []
@@ -233,5 +233,5 @@ def _tracks(bench: Bench, outputs: tuple[Variable, ...]) -> Generator[_Track]:
     for experiment in bench.experiments:
         track = _Track(outputs)
         with bench.instance(experiment.name) as instance:
-            Run(bench.description, experiment).results(instance, track.advance)
+            ExperimentRun(bench.description, experiment).results(instance, track.advance)
         yield track

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.check.examination.instance import Exchange, Instance, exchanges
+from cosim.check.examination.instance import Instance, VariableExchange, exchanges
 from cosim.errors import format_time
 from cosim.system.description import Description, Variable
 
@@ -168,7 +168,7 @@ class Runner:
         self._exercise = exercise
         self._instance = instance
         self._variant = variant
-        self._inputs = Exchange("Real", exercise.moved) if exercise.moved else None
+        self._inputs = VariableExchange("Real", exercise.moved) if exercise.moved else None
         self._outputs = exchanges(exercise.outputs)
         self._times: list[float] = []
         self._reals: list[list[float]] = []

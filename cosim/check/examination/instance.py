@@ -1,28 +1,103 @@
 """Call an FMU through the bare functions of FMI 2.0, so that every status can be seen and every rule tried.
 
 `cosim.fmi2.fmu_slave` is for runs that should succeed; this is for finding out what an FMU does. Many variables are got
-or set at once, on memory laid out beforehand.
+or set at once, on memory laid out beforehand. The last function called is known even after a crash.
 """
 
 from __future__ import annotations
 
+import mmap
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p, create_string_buffer
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, cast
 
-from cosim.check.examination.library import CO_SIMULATION, ELEMENTS, Library
 from cosim.errors import format_time
+from cosim.fmi2.functions import (
+    ACCEPTED,
+    CALLS,
+    CO_SIMULATION,
+    DISCARD,
+    ELEMENTS,
+    ERROR,
+    FATAL,
+    TERMINATED,
+    bind,
+    set_one,
+    status_name,
+)
 from cosim.fmi2.log import Journal
-from cosim.system.description import Variable
+from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
 
-OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
-STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
-ACCEPTED = (OK, WARNING)
-TERMINATED = 3
-"""The fmi2StatusKind that tells whether the FMU wants to end."""
+
+class CallTrace:
+    """The name of the last function called, in a file that survives a crash of this process.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it is made.
+    """
+
+    _LENGTH = 64
+
+    def __init__(self, path: Path) -> None:
+        path.write_bytes(bytes(self._LENGTH))
+        with path.open("r+b") as file:
+            self._memory = mmap.mmap(file.fileno(), self._LENGTH)
+
+    def mark(self, name: bytes) -> None:
+        """Note a function, its name padded by `padded`."""
+        self._memory[:] = name
+
+    @classmethod
+    def padded(cls, name: str) -> bytes:
+        """Return a name as `mark` takes it."""
+        return name.encode()[: cls._LENGTH].ljust(cls._LENGTH, b"\0")
+
+    @staticmethod
+    def read(path: Path) -> str:
+        """Return the function noted last; empty if there is none."""
+        return path.read_bytes().rstrip(b"\0").decode() if path.is_file() else ""
+
+
+class Library:
+    """The functions of a loaded FMU.
+
+    Parameters
+    ----------
+    loaded : fmpy.fmi2.FMU2Slave
+        From `cosim.fmi2.library.loaded_fmu`.
+    description : Description
+        Of the FMU.
+    trace : CallTrace
+        Told of every call.
+    """
+
+    def __init__(self, loaded: Any, description: Description, trace: CallTrace) -> None:
+        self.description = description
+        self.folder = str(loaded.unzipDirectory)
+        self._library = loaded.dll
+        self._trace = trace
+        self.functions = {name: self._traced(name) for name in CALLS}
+        self.instantiate = self._traced("Instantiate")
+        self.free = self._traced("FreeInstance")
+        self.version = self._traced("GetVersion")
+        self.types_platform = self._traced("GetTypesPlatform")
+
+    def _traced(self, name: str) -> Callable[..., Any]:
+        """Return a function of the library that notes its name before each call."""
+        function = bind(self._library, name)
+        label, mark = CallTrace.padded(f"fmi2{name}"), self._trace.mark
+
+        def traced(*arguments: Any) -> Any:
+            mark(label)
+            return function(*arguments)
+
+        return traced
+
 
 BASE_TYPES = ("Real", "Integer", "Boolean", "String")
 
@@ -38,8 +113,7 @@ class CallError(Exception):
     def __init__(self, function: str, status: int, time: float, reason: str) -> None:
         self.function = function
         self.status = status
-        name = STATUS[status] if 0 <= status < len(STATUS) else f"the illegal status {status}"
-        sentence = f"fmi2{function} returned {name} at t = {format_time(time)} s"
+        sentence = f"fmi2{function} returned {status_name(status)} at t = {format_time(time)} s"
         super().__init__(f"{sentence}: {reason}" if reason else sentence)
 
 
@@ -166,9 +240,7 @@ class Instance:
 
     def set(self, variable: Variable, value: Value) -> int:
         """Set one variable and return the status."""
-        element = value.encode() if isinstance(value, str) else value
-        array = ELEMENTS[base_type(variable)](element)
-        return self.call(f"Set{base_type(variable)}", references([variable]), 1, byref(array))
+        return set_one(self.call, base_type(variable), variable.reference, value)
 
     def must_set(self, variable: Variable, value: Value) -> None:
         """Set one variable; CallError if that fails."""
@@ -244,7 +316,7 @@ def references(variables: Sequence[Variable]) -> Any:
     return (c_uint * len(variables))(*(variable.reference for variable in variables))
 
 
-class Exchange:
+class VariableExchange:
     """Variables of one base type, got or set together on memory laid out once.
 
     Parameters
@@ -272,7 +344,7 @@ class Exchange:
         instance.must(f"Set{self.kind}", self._references, len(self.variables), self._values)
 
 
-def exchanges(variables: Sequence[Variable]) -> tuple[Exchange, ...]:
+def exchanges(variables: Sequence[Variable]) -> tuple[VariableExchange, ...]:
     """Return variables grouped by base type, those without any left out."""
     groups = {kind: [v for v in variables if base_type(v) == kind] for kind in BASE_TYPES}
-    return tuple(Exchange(kind, group) for kind, group in groups.items() if group)
+    return tuple(VariableExchange(kind, group) for kind, group in groups.items() if group)

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from cosim.check.examination.behaviour import ALONE
-from cosim.check.examination.library import CallTrace
-from cosim.check.examination.worker import JOURNAL, TRACE, UNLOADING, Job
+from cosim.check.examination.instance import CallTrace
+from cosim.check.examination.worker import JOURNAL, TRACE, UNLOADING, CheckJob
 from cosim.check.verdict import Outcome, Verdict, failed, noted
 from cosim.fmi2.isolation.process import end_session, fault
 
@@ -30,12 +30,12 @@ class Ended:
     seconds: float
 
 
-def run_checks(job: Job, time_limit: float, tell: Told) -> list[Ended]:
+def run_checks(job: CheckJob, time_limit: float, tell: Told) -> list[Ended]:
     """Do the checks of a job in one process, up to the one that takes the process down, if any does.
 
     Parameters
     ----------
-    job : Job
+    job : CheckJob
         What to do.
     time_limit : float
         For each check [s].
@@ -87,7 +87,7 @@ def _events(folder: Path) -> list[dict[str, Any]]:
     return [cast(dict[str, Any], json.loads(line)) for line in lines if line.endswith("\n")]
 
 
-def _ended(job: Job, code: int, time_limit: float | None) -> list[Ended]:
+def _ended(job: CheckJob, code: int, time_limit: float | None) -> list[Ended]:
     folder = Path(job.folder)
     events = _events(folder)
     ended = [_as_ended(event) for event in events if event["event"] == "end"]
@@ -122,12 +122,12 @@ def _last_line(path: Path) -> str:
     return lines[-1][:200] if lines else ""
 
 
-def run_in_turn(job: Job, time_limit: float, tell: Told) -> list[Ended]:
+def run_in_turn(job: CheckJob, time_limit: float, tell: Told) -> list[Ended]:
     """Do the checks of a job, in a new process after each loss of one and before each that must begin alone.
 
     Parameters
     ----------
-    job : Job
+    job : CheckJob
         What to do; verdicts and plan are passed on from process to process.
     time_limit : float
         For each check [s].

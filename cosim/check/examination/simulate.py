@@ -28,7 +28,7 @@ def check_experiment(bench: Bench, name: str) -> Outcome:
     experiment = next(each for each in bench.experiments if each.name == name)
     if experiment.references is None:
         return not_checked("it has no reference results")
-    run = Run(description, experiment)
+    run = ExperimentRun(description, experiment)
     if experiment.tolerances and run.sloping and not description.can_interpolate_inputs:
         return not_checked(f"{', '.join(run.sloping)}: has slopes, and canInterpolateInputs is not claimed")
     if not run.compared:
@@ -50,7 +50,7 @@ def _compare(experiment: Experiment, references: Series, result: Result, step: f
     return compare(experiment.name, result, references, tolerance)
 
 
-def _outcome(run: Run, comparisons: list[Comparison]) -> Outcome:
+def _outcome(run: ExperimentRun, comparisons: list[Comparison]) -> Outcome:
     if not comparisons:
         return failed("the reference holds no time within the run", "at least one")
     wrong = [comparison for comparison in comparisons if comparison.verdict is Verdict.FAILED]
@@ -67,7 +67,7 @@ def _outcome(run: Run, comparisons: list[Comparison]) -> Outcome:
     return (failed if wrong else passed)(found, "see below", done=run.title, data=data)
 
 
-class Run:
+class ExperimentRun:
     """An experiment on an FMU: its communication points, its inputs, and what is read.
 
     Parameters
@@ -127,7 +127,7 @@ class Run:
         return tuple(
             variable.name
             for variable in self._driven
-            if _follows_lines(variable) and any(stimuli.slope(variable.name, time) for time in self.points[:-1])
+            if variable.is_continuous and any(stimuli.slope(variable.name, time) for time in self.points[:-1])
         )
 
     def results(self, instance: Instance, advance: Advance = Instance.step) -> list[Result]:
@@ -162,14 +162,14 @@ class Run:
         if stimuli is None:
             return
         for variable in self._driven:
-            value = stimuli.value(variable.name, time, interpolate=_follows_lines(variable))
+            value = stimuli.value(variable.name, time, interpolate=variable.is_continuous)
             instance.must_set(variable, _typed(variable, value))
 
     def _set_slopes(self, instance: Instance, time: float) -> None:
         stimuli = self._experiment.stimuli
         if stimuli is None or not self._interpolates:
             return
-        slopes = {v: stimuli.slope(v.name, time) for v in self._driven if _follows_lines(v)}
+        slopes = {v: stimuli.slope(v.name, time) for v in self._driven if v.is_continuous}
         slopes = {variable: slope for variable, slope in slopes.items() if slope}
         if slopes:
             instance.judge("SetRealInputDerivatives", instance.set_slopes(slopes))
@@ -181,10 +181,6 @@ def _first(*values: float | None) -> float:
 
 def _among(time: float, points: list[float]) -> bool:
     return any(same_time(time, point) for point in points)
-
-
-def _follows_lines(variable: Variable) -> bool:
-    return variable.type == "Real" and variable.variability == "continuous"
 
 
 def _typed(variable: Variable, value: float) -> Value:

@@ -16,8 +16,9 @@ import numpy as np
 
 from cosim.check.examination.bench import Bench
 from cosim.check.examination.exercise import Record, Runner
-from cosim.check.examination.instance import ACCEPTED, Instance
+from cosim.check.examination.instance import Instance
 from cosim.check.verdict import Outcome, failed, not_checked, noted, passed
+from cosim.fmi2.functions import ACCEPTED
 
 STATE, EXPECTED, OTHERS = "state.bin", "expected.npz", "expected.json"
 _DAMAGED = 8

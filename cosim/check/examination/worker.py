@@ -17,8 +17,7 @@ from typing import Any
 from cosim.check.examination.behaviour import CHECKS
 from cosim.check.examination.bench import Bench
 from cosim.check.examination.exercise import Plan
-from cosim.check.examination.instance import CallError
-from cosim.check.examination.library import CallTrace, Library
+from cosim.check.examination.instance import CallError, CallTrace, Library
 from cosim.check.examination.simulate import check_experiment
 from cosim.check.reference import Experiment, model_names, read_reference
 from cosim.check.verdict import Outcome, Verdict, failed, not_checked
@@ -36,7 +35,7 @@ EXPERIMENT = "experiment:"
 
 
 @dataclass(frozen=True)
-class Job:
+class CheckJob:
     """Set a worker its task.
 
     Attributes
@@ -79,16 +78,16 @@ class Progress:
         self._file.flush()
 
 
-class Worker:
+class CheckWorker:
     """Does the checks of a job, one after another.
 
     Parameters
     ----------
-    job : Job
+    job : CheckJob
         What to do.
     """
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: CheckJob) -> None:
         self._job = job
         self._folder = Path(job.folder)
         self._progress = Progress(self._folder / JOURNAL)
@@ -163,7 +162,7 @@ def main() -> None:
     """Do the job described in a file."""
     logging.getLogger("cosim").addHandler(logging.NullHandler())
     logging.getLogger("cosim").propagate = False
-    Worker(Job(**json.loads(Path(sys.argv[1]).read_text(encoding="utf-8")))).work()
+    CheckWorker(CheckJob(**json.loads(Path(sys.argv[1]).read_text(encoding="utf-8")))).work()
 
 
 if __name__ == "__main__":

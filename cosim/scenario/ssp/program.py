@@ -7,21 +7,17 @@ again when the file is read: these jump and bend at communication points of thei
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cosim.errors import SspError
 from cosim.system.description import Description
-from cosim.system.signals import Constant, Signal, Step, Table, Value, ramp
-from cosim.system.structure import Component, Connection, System, split_name
+from cosim.system.signals import Change, Signal, Value, signal_of_change
+from cosim.system.structure import Component, Connection, Port, System
 
 MODEL = "DrillingProgram"
 _CHANGE_OF = {"Omega": "speed", "speed_ref": "speed", "bit_speed_ref": "speed", "WOB": "WOB"}
 _PARTS = ("initial", "final", "start", "duration")
-
-Change = tuple[float, float, float, float]
-"""Initial value, final value, start [s] and duration [s]."""
 
 
 @dataclass
@@ -29,7 +25,7 @@ class _Program:
     """The changes one component makes, and the inputs it drives."""
 
     changes: dict[str, Change] = field(default_factory=dict[str, Change])
-    connections: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
+    targets: list[Port] = field(default_factory=list[Port])
 
 
 def as_components(system: System) -> tuple[System, frozenset[str]]:
@@ -46,23 +42,22 @@ def as_components(system: System) -> tuple[System, frozenset[str]]:
     programs: list[_Program] = []
     values: dict[str, Value] = {}
     for target, signal in system.inputs.items():
-        _, output = split_name(target)
-        change = _change(signal) if output in _CHANGE_OF else None
+        change = signal.change if target.variable in _CHANGE_OF else None
         if change is not None:
-            _place(programs, target, output, change)
-        elif isinstance(signal, Constant):
-            values[target] = signal.value
+            _place(programs, target, change)
+        elif signal.held is not None:
+            values[target] = signal.held
         else:
             raise SspError(
-                f"{target} is driven by {_kind(signal)}; SSP can hold constants, and for the inputs "
+                f"{target} is driven by a {signal.kind}; SSP can hold constants, and for the inputs "
                 f"{', '.join(_CHANGE_OF)} steps and ramps as well"
             )
     names = _names(system, len(programs))
     added = tuple(Component(name, MODEL, _parameters(part.changes)) for name, part in zip(names, programs, strict=True))
     connections = [
-        Connection(f"{name}.{output}", target)
+        Connection(Port(name, target.variable), target)
         for name, part in zip(names, programs, strict=True)
-        for output, target in part.connections
+        for target in part.targets
     ]
     bare = System(system.components, system.connections).with_values(values)
     return System((*added, *bare.components), (*connections, *bare.connections)), frozenset(names)
@@ -83,38 +78,18 @@ def as_signals(system: System, marked: Mapping[str, Description]) -> System:
     SspError
         If a marked component does something that signals cannot.
     """
-    inputs: dict[str, Signal] = {}
+    inputs: dict[Port, Signal] = {}
     for component in system.components:
         if component.name in marked:
             inputs |= _signals(component, system.connections, marked[component.name])
     components = tuple(component for component in system.components if component.name not in marked)
-    connections = tuple(c for c in system.connections if split_name(c.source)[0] not in marked)
+    connections = tuple(c for c in system.connections if c.source.component not in marked)
     return System(components, connections, inputs)
 
 
-def _change(signal: Signal) -> Change | None:
-    """Return what a signal is as one change of a number, if it is."""
-    match signal:
-        case Constant(float() | int() as value) if not isinstance(value, bool):
-            return float(value), float(value), 0.0, 0.0
-        case Step(before, after, at) if not isinstance(before, bool):
-            return float(before), float(after), at, 0.0
-        case Table((begin, end), (initial, final)) if end > begin:
-            return initial, final, begin, _duration(begin, end)
-        case _:
-            return None
-
-
-def _duration(begin: float, end: float) -> float:
-    """Return the duration that leads to the very number of the end, where the difference is a last bit off."""
-    duration = end - begin
-    near = (duration, math.nextafter(duration, 0.0), math.nextafter(duration, math.inf))
-    return next((number for number in near if begin + number == end), duration)
-
-
-def _place(programs: list[_Program], target: str, output: str, change: Change) -> None:
+def _place(programs: list[_Program], target: Port, change: Change) -> None:
     """Let the first program that can, or else a new one, make the change."""
-    part = _CHANGE_OF[output]
+    part = _CHANGE_OF[target.variable]
     for program in programs:
         if program.changes.get(part, change) == change:
             break
@@ -122,7 +97,7 @@ def _place(programs: list[_Program], target: str, output: str, change: Change) -
         program = _Program()
         programs.append(program)
     program.changes[part] = change
-    program.connections.append((output, target))
+    program.targets.append(target)
 
 
 def _names(system: System, count: int) -> list[str]:
@@ -141,18 +116,18 @@ def _parameters(changes: Mapping[str, Change]) -> dict[str, Value]:
     }
 
 
-def _signals(component: Component, connections: Sequence[Connection], description: Description) -> dict[str, Signal]:
+def _signals(component: Component, connections: Sequence[Connection], description: Description) -> dict[Port, Signal]:
     """Read the signals that a component stands for."""
     label = f"{component.name} is marked as standing for signals"
-    signals: dict[str, Signal] = {}
+    signals: dict[Port, Signal] = {}
     for name in component.parameters:
         if name.rpartition("_")[0] not in _CHANGE_OF.values():
             raise SspError(f"{label}, but sets {name}; expected parameters of the changes of speed and WOB only")
     for connection in connections:
-        source, output = split_name(connection.source)
-        if split_name(connection.target)[0] == component.name:
+        output = connection.source.variable
+        if connection.target.component == component.name:
             raise SspError(f"{label}, but {connection.source} drives {connection.target}; expected no input")
-        if source != component.name:
+        if connection.source.component != component.name:
             continue
         if output not in _CHANGE_OF:
             raise SspError(f"{label}, but puts out {output}; expected one of {', '.join(_CHANGE_OF)}")
@@ -175,11 +150,4 @@ def _signal(label: str, output: str, numbers: Sequence[Value | None]) -> Signal:
     )
     if initial is None or final is None or start is None or duration is None:
         raise SspError(f"{label}, but a parameter of the change of {_CHANGE_OF[output]} is not a number")
-    if (initial, start, duration) == (final, 0.0, 0.0):
-        return Constant(initial)
-    return ramp(initial, final, start, duration)
-
-
-def _kind(signal: Signal) -> str:
-    """Name the kind of a signal, for a message."""
-    return f"a {type(signal).__name__.lower()}"
+    return signal_of_change((initial, final, start, duration))

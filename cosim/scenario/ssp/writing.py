@@ -24,7 +24,7 @@ from cosim.scenario.ssp.program import as_components
 from cosim.system.compatibility import check_system
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
-from cosim.system.structure import Component, Connection, System, split_name
+from cosim.system.structure import Component, Connection, Port, System
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ def _structure(scenario: Scenario, system: System, parts: list[_Part], marked: f
     return root
 
 
-def _add_component(elements: Element, part: _Part, driven: set[str]) -> Element:
+def _add_component(elements: Element, part: _Part, driven: set[Port]) -> Element:
     """Describe a component: its outputs, the inputs that are driven, and where its parameters are."""
     name = part.component.name
     component = SubElement(elements, ssd("Component"), name=name, type=FMU_TYPE, source=quote(part.source))
@@ -157,7 +157,7 @@ def _add_component(elements: Element, part: _Part, driven: set[str]) -> Element:
     shown = [
         variable
         for variable in part.description.variables
-        if variable.causality == "output" or f"{name}.{variable.name}" in driven
+        if variable.causality == "output" or Port(name, variable.name) in driven
     ]
     if shown:
         connectors = SubElement(component, ssd("Connectors"))
@@ -173,5 +173,10 @@ def _add_component(elements: Element, part: _Part, driven: set[str]) -> Element:
 
 def _ends(connection: Connection) -> dict[str, str]:
     """Write a connection as attributes."""
-    (source, output), (target, given) = split_name(connection.source), split_name(connection.target)
-    return {"startElement": source, "startConnector": output, "endElement": target, "endConnector": given}
+    source, target = connection.source, connection.target
+    return {
+        "startElement": source.component,
+        "startConnector": source.variable,
+        "endElement": target.component,
+        "endConnector": target.variable,
+    }

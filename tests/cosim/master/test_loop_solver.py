@@ -9,8 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from cosim.master.loop.root_finding import UnsolvedError
-from cosim.master.loop.solver import LoopSolver
+from cosim.master.coupled_loop import LoopSolver
+from cosim.master.root_finding import UnsolvedError
 
 TOLERANCE = 1e-10
 

@@ -13,9 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cosim.errors import CheckpointError, InputError, OutputError
+from cosim.master.run import Snapshot
 from cosim.recording.rows import Column, Rows
 from cosim.run import zarr_store
-from cosim.run.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.store import create_csv, csv_file, decimate, reopen_csv
 from cosim.run.zarr_store import create_zarr, reopen_zarr
 
@@ -156,14 +157,14 @@ def test_a_choice_that_makes_no_sense_is_refused(every: dict[str, int], message:
         decimate(COLUMNS, every)
 
 
-CHECKPOINT = Checkpoint(
+CHECKPOINT = Snapshot(
     {"row": 12, "why": "µ"}, {"state plant": np.arange(200, dtype=np.uint8), "values": RNG.random((2, 3))}
 )
 
 
 def test_a_checkpoint_comes_back_as_it_was(tmp_path: Path) -> None:
     path = tmp_path / "checkpoint.npz"
-    write_checkpoint(path, Checkpoint({}, {}))
+    write_checkpoint(path, Snapshot({}, {}))
     write_checkpoint(path, CHECKPOINT)
     found = read_checkpoint(path)
     assert found.notes == CHECKPOINT.notes
@@ -196,5 +197,5 @@ def test_a_checkpoint_that_cannot_be_written_leaves_the_one_before(tmp_path: Pat
     write_checkpoint(path, CHECKPOINT)
     (tmp_path / ".checkpoint.npz.new").mkdir()
     with pytest.raises(OutputError, match="cannot be written"):
-        write_checkpoint(path, Checkpoint({"row": 13}, {}))
+        write_checkpoint(path, Snapshot({"row": 13}, {}))
     assert read_checkpoint(path).notes == CHECKPOINT.notes

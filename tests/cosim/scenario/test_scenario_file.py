@@ -12,6 +12,7 @@ from cosim import (
     InputError,
     Method,
     PowerBond,
+    Ramp,
     Step,
     Table,
     load_scenario,
@@ -87,7 +88,7 @@ def test_a_file_becomes_plain_data(write) -> None:
         "plant.a": Constant(1.5),
         "plant.b": Constant(True),
         "plant.c": Step(1, 2, 0.5),
-        "plant.d": Table((2.0, 5.0), (0.0, 1.0)),
+        "plant.d": Ramp(0.0, 1.0, 2.0, 3.0),
         "plant.e": Table((0.0, 1.0), (1.0, 2.0)),
         "plant.f": Table((0.0, 1.0), (1e5, 2e5)),
     }

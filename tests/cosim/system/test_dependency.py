@@ -13,7 +13,6 @@ from cosim.fmi2.locate import locate_fmu
 from cosim.fmi2.model_description import read_description
 from cosim.system.dependency import feedthrough_loops, stepping_groups, stepping_order
 from cosim.system.description import Description
-from cosim.system.structure import split_name
 from tests.cosim.fakes import describe
 
 
@@ -21,11 +20,11 @@ def coupled(arrows: Sequence[str], through: Mapping[str, Sequence[str]] | None =
     """Connect ``a.y>b.u``; an output depends directly on the inputs of its component named in `through`."""
     connections = tuple(Connection(*arrow.split(">")) for arrow in arrows)
     ends = [end for connection in connections for end in (connection.source, connection.target)]
-    names = list(dict.fromkeys(split_name(end)[0] for end in ends))
+    names = list(dict.fromkeys(end.component for end in ends))
     descriptions: dict[str, Description] = {}
     for name in names:
-        inputs = {split_name(c.target)[1]: 0.0 for c in connections if split_name(c.target)[0] == name}
-        outputs = tuple(dict.fromkeys(split_name(c.source)[1] for c in connections if split_name(c.source)[0] == name))
+        inputs = {c.target.variable: 0.0 for c in connections if c.target.component == name}
+        outputs = tuple(dict.fromkeys(c.source.variable for c in connections if c.source.component == name))
         needs = None if through is None else {output: through.get(f"{name}.{output}", ()) for output in outputs}
         descriptions[name] = describe(inputs, outputs, feedthrough=needs)
     return System(tuple(Component(name, "a.fmu") for name in names), connections), descriptions
@@ -122,7 +121,7 @@ def test_no_value_between_groups_is_ever_late(seed: int) -> None:
     place = {name: index for index, group in enumerate(groups) for name in group.components}
     assert sorted(place) == sorted(component.name for component in system.components)
     for connection in system.connections:
-        source, target = split_name(connection.source)[0], split_name(connection.target)[0]
+        source, target = connection.source.component, connection.target.component
         assert place[source] <= place[target]
     for group in groups:
         assert group.coupled == _on_a_cycle(group.components[0], system)
@@ -130,7 +129,7 @@ def test_no_value_between_groups_is_ever_late(seed: int) -> None:
 
 def _on_a_cycle(name: str, system: System) -> bool:
     """Follow all connections for as many steps as there are components."""
-    arrows = {(split_name(c.source)[0], split_name(c.target)[0]) for c in system.connections}
+    arrows = {(c.source.component, c.target.component) for c in system.connections}
     reached = {target for source, target in arrows if source == name}
     for _ in system.components:
         reached |= {target for source, target in arrows if source in reached}

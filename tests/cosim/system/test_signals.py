@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cosim.errors import ScenarioError
-from cosim.system.signals import Constant, Step, Table, ramp, read_table
+from cosim.system.signals import Constant, FloatArray, Signal, Step, Table, ramp, read_table
 
 
 def test_a_step_has_its_new_value_at_the_jump_and_its_old_value_to_the_left() -> None:
@@ -69,3 +69,54 @@ def test_a_table_comes_from_the_named_column_of_a_csv_file(tmp_path: Path) -> No
         read_table(path)
     with pytest.raises(ScenarioError, match=r"absent\.csv: cannot be read"):
         read_table(tmp_path / "absent.csv")
+
+
+def test_a_ramp_is_its_table_to_the_bit_and_keeps_what_it_is_made_from() -> None:
+    signal, line = ramp(1.0, 4.0, 0.1, 0.7), Table((0.1, 0.1 + 0.7), (1.0, 4.0))
+    times = np.linspace(-0.1, 1.0, 1001)
+    for name in ("values", "left_values", "slopes"):
+        assert getattr(signal, name)(times).tobytes() == getattr(line, name)(times).tobytes()
+    assert signal.breakpoints == line.breakpoints
+    assert signal.record() == {"kind": "ramp", "initial": 1.0, "final": 4.0, "start": 0.1, "duration": 0.7}
+    assert not signal.is_level
+    assert ramp(1.0, 1.0, 0.1, 0.7).is_level
+
+
+@pytest.mark.parametrize("numbers", [(0.0, 1.0, 0.0, -1.0), (0.0, 1.0, 0.0, np.nan), (0.0, np.inf, 0.0, 0.0)])
+def test_a_ramp_that_is_no_function_is_refused(numbers: tuple[float, float, float, float]) -> None:
+    with pytest.raises(ScenarioError, match=r"^ramp: "):
+        ramp(*numbers)
+
+
+@pytest.mark.parametrize(
+    "signal", [Constant(3), Step(False, True, 0.5), ramp(0.0, 1.0, 2.0, 3.0), Table((0.0,), (1.0,))]
+)
+def test_a_signal_is_made_again_of_what_it_records(signal: Signal) -> None:
+    record = signal.record()
+    assert record.pop("kind") == type(signal).__name__.lower()
+    assert type(signal)(**record) == signal
+
+
+class Wave(Signal):
+    """A sine."""
+
+    kind = "wave"
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        return ()
+
+    def values(self, times: FloatArray) -> FloatArray:
+        return np.sin(times)
+
+    def left_values(self, times: FloatArray) -> FloatArray:
+        return np.sin(times)
+
+    def slopes(self, times: FloatArray) -> FloatArray:
+        return np.cos(times)
+
+
+def test_a_signal_of_ones_own_may_have_any_value_and_never_stands_for_a_constant() -> None:
+    signal = Wave()
+    assert (signal.levels, signal.held, signal.change, signal.is_level) == (None, None, None, False)
+    assert signal.record() == {"kind": "wave"}

@@ -1,0 +1,144 @@
+"""The functions of FMI 2.0 for co-simulation: what they take and return, and how one is bound.
+
+All calls of the master and of the check go through here. Pointers are plain addresses: ctypes then takes arrays,
+references and numbers alike, and a step can be given addresses within the recording. fmpy's own functions are left
+alone, as its wrappers build new arrays for each call, which costs more than many an FMU takes for a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from dataclasses import dataclass
+from typing import Any, cast
+
+from cosim.recording.record import Section, Slopes
+
+OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
+STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
+ACCEPTED = (OK, WARNING)
+TERMINATED = 3
+"""The fmi2StatusKind that tells whether the FMU wants to end."""
+CO_SIMULATION = 1
+"""The fmi2Type of an instance."""
+
+ELEMENTS: Mapping[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
+"""What the values of each base type are in C."""
+
+_ADDRESS = c_void_p
+_ARGUMENTS: Mapping[str, tuple[Any, ...]] = {
+    "SetDebugLogging": (c_int, c_size_t, _ADDRESS),
+    "SetupExperiment": (c_int, c_double, c_double, c_int, c_double),
+    "EnterInitializationMode": (),
+    "ExitInitializationMode": (),
+    "DoStep": (c_double, c_double, c_int),
+    "Terminate": (),
+    "Reset": (),
+    "GetFMUstate": (_ADDRESS,),
+    "SetFMUstate": (_ADDRESS,),
+    "FreeFMUstate": (_ADDRESS,),
+    "SerializedFMUstateSize": (_ADDRESS, _ADDRESS),
+    "SerializeFMUstate": (_ADDRESS, _ADDRESS, c_size_t),
+    "DeSerializeFMUstate": (_ADDRESS, c_size_t, _ADDRESS),
+    "SetRealInputDerivatives": (_ADDRESS, c_size_t, _ADDRESS, _ADDRESS),
+    "GetRealOutputDerivatives": (_ADDRESS, c_size_t, _ADDRESS, _ADDRESS),
+    "GetDirectionalDerivative": (_ADDRESS, c_size_t, _ADDRESS, c_size_t, _ADDRESS, _ADDRESS),
+    "GetBooleanStatus": (c_int, _ADDRESS),
+    **{f"{way}{kind}": (_ADDRESS, c_size_t, _ADDRESS) for kind in ELEMENTS for way in ("Get", "Set")},
+}
+CALLS = tuple(_ARGUMENTS)
+"""Functions that return a status, by their names without the prefix."""
+
+_SIGNATURES: Mapping[str, tuple[tuple[Any, ...], Any]] = {
+    **{name: ((c_void_p, *arguments), c_int) for name, arguments in _ARGUMENTS.items()},
+    "Instantiate": ((c_char_p, c_int, c_char_p, c_char_p, _ADDRESS, c_int, c_int), c_void_p),
+    "FreeInstance": ((c_void_p,), None),
+    "GetVersion": ((), c_char_p),
+    "GetTypesPlatform": ((), c_char_p),
+}
+
+
+def bind(library: Any, name: str) -> Callable[..., Any]:
+    """Return fmi2<name>, a bare function of a library; indexing makes a new object, so fmpy's keeps its own types."""
+    function = library[f"fmi2{name}"]
+    function.argtypes, function.restype = _SIGNATURES[name]
+    return cast(Callable[..., Any], function)
+
+
+def status_name(status: int) -> str:
+    """Name a status."""
+    return STATUS[status] if 0 <= status < len(STATUS) else f"the illegal status {status}"
+
+
+def element(kind: str, value: object) -> Any:
+    """Return a value of a base type as it is in C."""
+    return ELEMENTS[kind](value.encode() if isinstance(value, str) else value)
+
+
+def set_one(call: Callable[..., int], kind: str, reference: int, value: object) -> int:
+    """Set one variable, by what calls a function with its arguments but the instance, and return the status."""
+    return call(f"Set{kind}", byref(c_uint(reference)), 1, byref(element(kind, value)))
+
+
+@dataclass(frozen=True)
+class SectionExchange:
+    """One getter or setter on a column range of a section; a row's values begin at `base` + row * `stride`."""
+
+    function: Callable[[c_void_p, c_void_p, c_size_t, int], int]
+    name: str
+    references: c_void_p
+    count: c_size_t
+    base: int
+    stride: int
+
+
+@dataclass(frozen=True)
+class SlopeExchange:
+    """The setter or getter of first derivatives, and where those of a row are, as in `SectionExchange`."""
+
+    function: Callable[[c_void_p, c_void_p, c_size_t, c_void_p, int], int]
+    name: str
+    references: c_void_p
+    count: c_size_t
+    orders: c_void_p
+    base: int
+    stride: int
+
+
+@dataclass(frozen=True)
+class StepCalls:
+    """What a step calls: bare functions of the library, on addresses within the recording."""
+
+    instance: c_void_p
+    do_step: Callable[[c_void_p, float, float, c_int], int]
+    writes: tuple[SectionExchange, ...]
+    reads: tuple[SectionExchange, ...]
+    input_slopes: SlopeExchange | None
+    output_slopes: SlopeExchange | None
+
+
+def exchange(library: Any, verb: str, kind: str, section: Section, count: int) -> SectionExchange:
+    """Bind a getter or setter to the first `count` columns of a section."""
+    return SectionExchange(
+        bind(library, f"{verb}{kind}"),
+        f"fmi2{verb}{kind}",
+        c_void_p(section.references.ctypes.data),
+        c_size_t(count),
+        section.values.ctypes.data,
+        section.values.strides[0],
+    )
+
+
+def slope_exchange(library: Any, name: str, slopes: Slopes | None) -> SlopeExchange | None:
+    """Bind the setter or getter of derivatives, if there are any."""
+    if slopes is None:
+        return None
+    return SlopeExchange(
+        bind(library, name),
+        f"fmi2{name}",
+        c_void_p(slopes.references.ctypes.data),
+        c_size_t(slopes.references.size),
+        c_void_p(slopes.orders.ctypes.data),
+        slopes.values.ctypes.data,
+        slopes.values.strides[0],
+    )

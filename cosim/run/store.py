@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
 from cosim.errors import InputError, OutputError, suggestion
-from cosim.recording.result import header, lines
-from cosim.recording.rows import Column, Rows
+from cosim.recording.result import Column, Rows, header, lines
 
 Position = Mapping[str, int]
 """How far a store has got, by what it counts."""

@@ -26,8 +26,7 @@ from cosim.drilling import oscillation as metrics
 from cosim.drilling.figure import default_signals
 from cosim.errors import CheckpointError, CosimError, InputError, OutputError, RunInterruptedError, require
 from cosim.master.run import Progress, Snapshot
-from cosim.recording.result import Result
-from cosim.recording.rows import Column, RowMemory, Rows
+from cosim.recording.result import Column, Result, RowMemory, Rows
 from cosim.run.assembly import Assembly, assembled
 from cosim.run.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from cosim.run.interrupt import interruptible

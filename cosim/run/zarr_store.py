@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import OutputError, require
-from cosim.recording.rows import Column, Rows
+from cosim.recording.result import Column, Rows
 from cosim.run.store import Position, axis
 
 CHUNK = 65536

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cosim.errors import CheckpointError, InputError, OutputError
-from cosim.recording.rows import Column, Rows
+from cosim.recording.result import Column, Rows
 from cosim.run import zarr_store
 from cosim.run.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from cosim.run.store import create_csv, csv_file, decimate, reopen_csv

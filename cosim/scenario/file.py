@@ -17,7 +17,6 @@ from typing import Any, cast
 
 from cosim.errors import InputError, ScenarioError, suggestion
 from cosim.scenario.scenario import Scenario, Variant
-from cosim.scenario.ssp.reading import open_ssp
 from cosim.system.method import Method
 from cosim.system.signals import Constant, Signal, Step, Value, ramp, read_table, table_of_points
 from cosim.system.structure import Component, Connection, PowerBond, System
@@ -168,6 +167,8 @@ def opened_scenario(source: str, stop_time: float | None = None, step_size: floa
     if Path(source).suffix != ".ssp":
         yield load_scenario(source)
         return
+    from cosim.scenario.ssp.reading import open_ssp  # with fmpy, which scenarios of our own do without
+
     with open_ssp(source, stop_time=stop_time, step_size=step_size) as loaded:
         yield loaded
 

@@ -22,14 +22,13 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from cosim.cli.terminal import new_console, prepare_step_loop, print_outcomes, progress_bar, sentences
+from cosim.cli.terminal import new_console, prepare_step_loop, print_manifest, progress_bar, sentences
 from cosim.errors import FmuFileError, InputError, MissingPackageError, OutputError, suggestion
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import PACKAGINGS, how_to_build, promised_fmus
 
 if TYPE_CHECKING:
-    from cosim.run.job import Job
-    from cosim.run.stream_job import Streaming
+    from cosim.run.options import Streaming
     from cosim.system.signals import Value
 
 app = typer.Typer(
@@ -114,12 +113,11 @@ def run(
 ) -> None:
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
     from cosim.run.job import Job, run_job
-    from cosim.run.options import Choices
-    from cosim.run.stream_job import stream_job
+    from cosim.run.options import RunOptions
     from cosim.scenario.file import opened_scenario
 
     with sentences(), opened_scenario(scenario, stop_time, step_size) as loaded:
-        choices = Choices(
+        options = RunOptions(
             packaging=packaging,
             algorithm=algorithm,
             step_size=step_size,
@@ -131,16 +129,13 @@ def run(
             limits=Limits(time_limit, 1e6 * memory_limit),
         )
         streaming = _streaming(stream, every, csv, checkpoint)
-        job = Job(loaded, choices, tuple(dict.fromkeys(variant or ())))
+        job = Job(loaded, options, tuple(dict.fromkeys(variant or ())), streaming, scenario)
         folder = output or Path("runs", loaded.name)
         prepare_step_loop(job)
         with progress_bar() as bar:
             bar.show(job)
-            if streaming is None:
-                outcomes = run_job(job, folder, bar.progress)
-            else:
-                outcomes = stream_job(job, scenario, streaming, folder, bar.progress)
-        print_outcomes(loaded, outcomes, folder)
+            manifest = run_job(job, folder, bar.progress)
+        print_manifest(manifest, folder)
 
 
 @app.command()
@@ -148,18 +143,12 @@ def resume(
     folder: Annotated[Path, typer.Argument(help="Of an unfinished run with --stream.", metavar="FOLDER")],
 ) -> None:
     """Go on with a streamed run that was interrupted, from its last checkpoint."""
-    from cosim.run.stream_job import resume_job
+    from cosim.run.job import resume_job
 
     with sentences():
-        jobs: list[Job] = []
         with progress_bar() as bar:
-
-            def started(job: Job) -> None:
-                jobs.append(job)
-                bar.show(job)
-
-            outcomes = resume_job(folder, started, bar.progress)
-        print_outcomes(jobs[0].scenario, outcomes, folder)
+            manifest = resume_job(folder, bar.show, bar.progress)
+        print_manifest(manifest, folder)
 
 
 @app.command()
@@ -265,8 +254,7 @@ def main() -> None:
 
 def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:
     """Read how to stream, if at all."""
-    from cosim.run.stream import INTERVAL
-    from cosim.run.stream_job import Streaming
+    from cosim.run.options import INTERVAL, Streaming
 
     asked = {"--every": every, "--csv": csv, "--checkpoint": checkpoint is not None}
     if not stream:
@@ -274,11 +262,10 @@ def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: flo
             if given:
                 raise InputError(f"{name} is for streamed runs; expected --stream as well")
         return None
-    interval = INTERVAL if checkpoint is None else checkpoint
-    return Streaming(dict(_distance(text) for text in every or ()), csv, interval)
+    return Streaming(dict(_stride(text) for text in every or ()), csv, INTERVAL if checkpoint is None else checkpoint)
 
 
-def _distance(text: str) -> tuple[str, int]:
+def _stride(text: str) -> tuple[str, int]:
     """Read ``N``, for all columns, or ``pattern=N``."""
     pattern, _, number = text.rpartition("=")
     if not number.strip().isdigit():

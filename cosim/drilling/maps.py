@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from cosim.drilling.energy_growth import CAUSES, EnergyGrowth, arriving_wave
-from cosim.drilling.figure import blank_figure
 from cosim.drilling.mathematics import (
     Bistability,
     BranchPoint,
@@ -22,6 +21,7 @@ from cosim.drilling.mathematics import (
     input_of,
     peak_speed,
 )
+from cosim.drilling.reporting import blank_figure
 from cosim.recording.result import Result
 from cosim.system.signals import FloatArray
 

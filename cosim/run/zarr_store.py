@@ -1,4 +1,4 @@
-"""Trajectories streamed to Zarr (version 2), laid out as xarray reads them.
+"""Trajectories streamed to Zarr (version 2), laid out as xarray reads them, and read back.
 
 Each column is an array over a time axis, ``time`` where every row is stored, ``time_10`` where every tenth is. Zarr
 replaces files whole, so that a store is never left with half of one. Columns may differ in length if the program ends
@@ -12,15 +12,19 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import OutputError, require
+from cosim.errors import InputError, OutputError, require
 from cosim.recording.result import Column, Rows
 from cosim.run.store import Position, axis
 
+if TYPE_CHECKING:
+    import xarray
+
+TRAJECTORY = "trajectory.zarr"
 CHUNK = 65536
 """Rows in a file."""
 _FORMAT = 2
@@ -221,3 +225,49 @@ def _writing(path: Path) -> Generator[None]:
     except (OSError, _zarr().errors.BaseZarrError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise OutputError(f"{path} cannot be written: {reason or error}") from error
+
+
+def open_trajectory(folder: str | Path) -> xarray.Dataset:
+    """Open what a streamed run has written, while it goes on, or when it is over.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Of the run, or of one of its variants.
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable for each column, by ``component.variable``, with its unit, over ``time``, or ``time_10`` where every
+        tenth row is stored [s]. Values are read when they are asked for. Attributes tell how the run was made, JSON
+        where they are not plain numbers or text.
+
+    Raises
+    ------
+    InputError
+        If there is no such trajectory, it cannot be read, or a package is missing that reads it.
+    """
+    path = Path(folder)
+    path = path if path.suffix == ".zarr" else path / TRAJECTORY
+    if not path.is_dir():
+        raise InputError(f"{path}: there is no such trajectory")
+    # Both take a while to import.
+    reader, zarr = (require(name, extra="stream", purpose="reading Zarr") for name in ("xarray", "zarr"))
+    try:
+        group = zarr.open_group(path, mode="r", use_consolidated=False)
+        lengths: dict[str, set[int]] = {}
+        for array in group.array_values():
+            lengths.setdefault(_axis_of(array), set()).add(array.shape[0])
+        if all(len(found) == 1 for found in lengths.values()):
+            return reader.open_zarr(path, consolidated=False)
+        names = list(group.array_keys())
+        parts = [reader.open_zarr(path, consolidated=False, drop_variables=set(names) - {name}) for name in names]
+        shortest = {axis: slice(0, min(found)) for axis, found in lengths.items()}
+        return reader.merge([part.isel({axis: shortest[axis] for axis in part.dims}) for part in parts])
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path} cannot be read: {error}") from error
+
+
+def _axis_of(array: Any) -> str:
+    """Return the name of an array's axis."""
+    return str(array.attrs["_ARRAY_DIMENSIONS"][0])

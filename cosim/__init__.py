@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from cosim.errors import CosimError, InputError, LoopError, RunError, SlaveError
     from cosim.master.co_simulation import co_simulate
     from cosim.recording.result import Result
+    from cosim.run.options import RunOptions
     from cosim.run.simulation import simulate
     from cosim.run.stream import stream
     from cosim.run.zarr_store import open_trajectory
@@ -36,6 +37,7 @@ __all__ = [
     "PowerBond",
     "Result",
     "RunError",
+    "RunOptions",
     "Scenario",
     "Signal",
     "SlaveError",
@@ -65,6 +67,7 @@ _HOMES = {
     "PowerBond": "cosim.system.structure",
     "Result": "cosim.recording.result",
     "RunError": "cosim.errors",
+    "RunOptions": "cosim.run.options",
     "Scenario": "cosim.scenario.scenario",
     "Signal": "cosim.system.signals",
     "SlaveError": "cosim.errors",

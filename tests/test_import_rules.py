@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -60,3 +61,10 @@ def test_only_what_knows_drilling_asks_for_mathematics() -> None:
         and "cosim.drilling.mathematics import" in path.read_text(encoding="utf-8")
     }
     assert importers == MAY_USE_MATHEMATICS
+
+
+def test_what_runs_and_shows_knows_drilling_by_its_reporting_alone() -> None:
+    for part in ("run", "cli"):
+        for path in (ROOT / "cosim" / part).glob("*.py"):
+            words = re.findall(r"cosim\.drilling(?: import |\.)(\w+)", path.read_text(encoding="utf-8"))
+            assert set(words) <= {"reporting"}, path.name

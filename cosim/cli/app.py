@@ -31,6 +31,38 @@ if TYPE_CHECKING:
     from cosim.run.options import Streaming
     from cosim.system.signals import Value
 
+ScenarioArgument = Annotated[
+    str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
+]
+PackagingOption = Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")]
+AlgorithmOption = Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")]
+StepSizeOption = Annotated[
+    float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
+]
+ToleranceOption = Annotated[
+    float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")
+]
+OnFailureOption = Annotated[
+    str | None,
+    typer.Option(help="Where a loop has no solution: fail, halve the step, or go on with an explicit one."),
+]
+SetOption = Annotated[
+    list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
+]
+TimeLimitOption = Annotated[float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")]
+MemoryLimitOption = Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")]
+StreamOption = Annotated[
+    bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
+]
+EveryOption = Annotated[
+    list[str] | None,
+    typer.Option(help="With --stream: store every Nth row; name=N or pattern=N for some columns; repeatable."),
+]
+CheckpointOption = Annotated[
+    float | None, typer.Option(min=0.0, help="With --stream: seconds between checkpoints, by default 30.")
+]
+
+
 app = typer.Typer(
     help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
     no_args_is_help=True,
@@ -72,44 +104,23 @@ def list_scenarios() -> None:
 
 @app.command()
 def run(
-    scenario: Annotated[
-        str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
-    ],
-    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
-    algorithm: Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")] = None,
-    step_size: Annotated[
-        float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
-    ] = None,
-    tolerance: Annotated[
-        float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")
-    ] = None,
-    on_failure: Annotated[
-        str | None,
-        typer.Option(help="Where a loop has no solution: fail, halve the step, or go on with an explicit one."),
-    ] = None,
+    scenario: ScenarioArgument,
+    packaging: PackagingOption = "native",
+    algorithm: AlgorithmOption = None,
+    step_size: StepSizeOption = None,
+    tolerance: ToleranceOption = None,
+    on_failure: OnFailureOption = None,
     stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
-    ] = None,
+    set_: SetOption = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
     output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/<scenario>.")] = None,
     isolate: Annotated[bool, typer.Option("--isolate", help="Run each FMU in a process of its own.")] = False,
-    time_limit: Annotated[
-        float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")
-    ] = Limits.time,
-    memory_limit: Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")] = Limits.memory
-    / 1e6,
-    stream: Annotated[
-        bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
-    ] = False,
-    every: Annotated[
-        list[str] | None,
-        typer.Option(help="With --stream: store every Nth row; name=N or pattern=N for some columns; repeatable."),
-    ] = None,
+    time_limit: TimeLimitOption = Limits.time,
+    memory_limit: MemoryLimitOption = Limits.memory / 1e6,
+    stream: StreamOption = False,
+    every: EveryOption = None,
     csv: Annotated[bool, typer.Option("--csv", help="With --stream: write CSV instead of Zarr.")] = False,
-    checkpoint: Annotated[
-        float | None, typer.Option(min=0.0, help="With --stream: seconds between checkpoints, by default 30.")
-    ] = None,
+    checkpoint: CheckpointOption = None,
 ) -> None:
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
     from cosim.run.job import Job, run_job
@@ -153,17 +164,13 @@ def resume(
 
 @app.command()
 def export(
-    scenario: Annotated[
-        str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
-    ],
+    scenario: ScenarioArgument,
     file: Annotated[Path | None, typer.Argument(help="The .ssp file to write.", metavar="[FILE.ssp]")] = None,
     container: Annotated[
         Path | None, typer.Option(help="The .fmu file to write: the whole system as one FMU.", metavar="FILE.fmu")
     ] = None,
-    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
-    ] = None,
+    packaging: PackagingOption = "native",
+    set_: SetOption = None,
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
 ) -> None:
     """Write a scenario, with its FMUs, as one file that other tools read: SSP 1.0, or an FMU of FMUs."""
@@ -222,7 +229,7 @@ def fmus(
     folder: Annotated[
         Path | None, typer.Argument(help="Where to copy them to; without it they are listed.", metavar="[FOLDER]")
     ] = None,
-    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
+    packaging: PackagingOption = "native",
     force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
 ) -> None:
     """Hand out the FMU files, for the tool that is to import them."""

@@ -233,7 +233,7 @@ def _iterations(coupling: CouplingReport) -> list[str]:
 def _error(coupling: CouplingReport) -> list[str]:
     """Say what is known of the error, and how many steps it cost."""
     found = coupling.error_estimate
-    rejected = [] if coupling.rejected is None else [_count(coupling.rejected, "step") + " taken back"]
+    rejected = [] if coupling.rejected is None else [_count(coupling.rejected, "step") + " rejected"]
     if found is None:
         return [*rejected, "error of the coupling not estimated (a tolerance asks for it)"]
     text = (

@@ -52,12 +52,12 @@ class Span:
 
     @cached_property
     def steps(self) -> slice:
-        """Rows at the ends of the steps whose extremes count."""
+        """Give the rows at the ends of the steps whose extremes count."""
         return slice(self.window.first_step, self.window.last + 1)
 
     @property
     def first_speed(self) -> float:
-        """Bit speed at the first row [rad/s]."""
+        """Give the bit speed at the first row [rad/s]."""
         return float(self.outputs["bit_speed"][self.window.first])
 
 
@@ -90,7 +90,7 @@ class Measure:
 
     @property
     def heading(self) -> str:
-        """Head of its column, with the unit."""
+        """Write the head of its column, with the unit."""
         return f"{self.text} [{self.unit}]" if self.unit else self.text
 
     def of(self, span: Span) -> float | int | None:
@@ -150,7 +150,7 @@ MEASURES: dict[str, Measure] = {
 
 @dataclass(frozen=True)
 class Measures:
-    """What an oscillation amounts to over a window at the end of a run.
+    """Numbers that an oscillation amounts to over a window at the end of a run.
 
     Each of `MEASURES` is an attribute: ``found.peak``.
 

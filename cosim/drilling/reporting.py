@@ -39,7 +39,7 @@ _LONGEST_LINE = 5000
 
 @dataclass(frozen=True)
 class Findings:
-    """What came of a run; None where no component tells what it takes.
+    """Measures and energy balance of a run; None where no component tells what they take.
 
     Attributes
     ----------

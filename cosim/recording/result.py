@@ -45,7 +45,7 @@ class Result:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the columns, component by component."""
+        """Name the columns, component by component."""
         return tuple(self.columns)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -91,7 +91,7 @@ def lines(times: NDArray[Any], *columns: NDArray[Any]) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Column:
-    """What one value of each row is.
+    """One value of each row: its name, unit and type.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ _DAMAGE = (
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """What is kept.
+    """State of a run between two rows.
 
     Attributes
     ----------

@@ -36,7 +36,7 @@ JobProgress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Job:
-    """What to run and how.
+    """A scenario to be run, with options, into a folder.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Job:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names of what will be run: the chosen variants, or the scenario itself if it has none."""
+        """Name what will be run: the chosen variants, or the scenario itself if it has none."""
         names = [variant.name for variant in self.scenario.variants]
         return tuple(self.variants) or tuple(names) or (self.scenario.name,)
 
@@ -181,16 +181,16 @@ def _complete(job: Job, sink: _Sink, folder: Path, manifest: Manifest, progress:
 
 
 class _Sink(Protocol):
-    """Where the rows of a job go."""
+    """A place for the rows of a job."""
 
     @property
     def trajectory(self) -> str:
-        """Name of the file or folder that a variant's rows are in."""
+        """Name the file or folder of a variant's rows."""
         ...
 
     @property
     def keeps_results(self) -> bool:
-        """Whether the results of all variants are at hand in the end, for a figure of them all."""
+        """Tell whether the results of all variants are at hand in the end, for a figure of them all."""
         ...
 
     def opened(self, manifest: Manifest) -> AbstractContextManager[Path]:
@@ -209,7 +209,7 @@ def _sink(job: Job, folder: Path) -> _Sink:
 
 @dataclass(frozen=True)
 class _Memory:
-    """Rows are kept, and written when a variant is complete."""
+    """A sink that keeps rows, and writes them when a variant is complete."""
 
     folder: Path
     trajectory: str = csv_file(Path(), 1).name
@@ -230,7 +230,7 @@ class _Memory:
 
 @dataclass(frozen=True)
 class _Disk:
-    """Rows are written as they come, and a run that was begun in the folder goes on."""
+    """A sink that writes rows as they come; a run that was begun in the folder goes on."""
 
     folder: Path
     streaming: Streaming
@@ -238,7 +238,7 @@ class _Disk:
 
     @property
     def trajectory(self) -> str:
-        """Name of the file or folder that a variant's rows are in."""
+        """Name the file or folder of a variant's rows."""
         return csv_file(Path(), 1).name if self.streaming.csv else TRAJECTORY
 
     @contextmanager

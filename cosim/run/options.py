@@ -92,12 +92,12 @@ def chosen(options: RunOptions | None, keywords: OptionKeywords) -> RunOptions:
 
 @dataclass(frozen=True)
 class Streaming:
-    """How to write rows to disk as they come.
+    """Options of writing rows to disk as they come.
 
     Parameters
     ----------
     strides : mapping of str to int
-        By name or pattern of columns, how many rows apart to store them; see `cosim.run.store.decimate`.
+        By name or pattern of columns: 1 stores all rows, 10 every tenth, 0 none; see `cosim.run.store.decimate`.
     csv : bool
         Write CSV instead of Zarr.
     checkpoint_interval : float

@@ -35,7 +35,7 @@ _OPTIONAL = {"optional": True}
 
 
 class Iterations(TypedDict):
-    """How often the components of loops were stepped in a step."""
+    """Counts of how often the components of loops were stepped in a step."""
 
     mean: float
     most: int
@@ -66,7 +66,7 @@ class EnergyResidual(TypedDict):
 
 
 class GuardSpan(TypedDict):
-    """Where a guard was on: the number of communication points, the first and the last [s]."""
+    """Communication points at which a guard was on: their number, the first and the last [s]."""
 
     points: int
     first: float
@@ -74,14 +74,14 @@ class GuardSpan(TypedDict):
 
 
 class Initialisation(TypedDict):
-    """Whether values at the start settled, and after how many rounds of exchange."""
+    """Exchange of values at the start: whether they settled, and after how many rounds."""
 
     settled: bool
     rounds: int
 
 
 class Timings(TypedDict, total=False):
-    """How long the parts of a run took [s]."""
+    """Wall-clock times of the parts of a run [s]."""
 
     load: float
     initialise: float
@@ -90,7 +90,7 @@ class Timings(TypedDict, total=False):
 
 @dataclass(frozen=True, kw_only=True)
 class CouplingReport:
-    """How a run was coupled and how well, as the master tells it; None where something does not apply.
+    """Account of the coupling by the master: how it was done, and how well; None where something does not apply.
 
     `order` is that of stepping, `connections` and `loops` are written with arrows, `steps` counts those that were kept.
     """
@@ -132,7 +132,7 @@ class CouplingReport:
 
 @dataclass(frozen=True, kw_only=True)
 class RunReport:
-    """How one run was made: what was run, by which versions, and how it was coupled.
+    """Account of one run: what was run, by which versions, and how it was coupled.
 
     Attributes
     ----------
@@ -199,7 +199,7 @@ class VariantReport:
 
     @property
     def label(self) -> str:
-        """Name of the variant, or of the scenario if it has none."""
+        """Name the variant, or the scenario if it has none."""
         return self.run.variant or self.run.scenario
 
     def to_json(self) -> dict[str, Any]:
@@ -219,7 +219,7 @@ class VariantReport:
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a folder of results holds and how that was made.
+    """Account of a folder: what it holds, and how that was made.
 
     Attributes
     ----------
@@ -256,7 +256,7 @@ class Manifest:
 
     @property
     def files(self) -> list[str]:
-        """All that was written, within the folder: trajectories, the manifest, and figures."""
+        """List all that was written, within the folder: trajectories, the manifest, and figures."""
         figures = [self.figure, *(each.figure for each in self.variants)]
         return [*(each.trajectory for each in self.variants), MANIFEST, *(name for name in figures if name)]
 

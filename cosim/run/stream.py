@@ -123,7 +123,7 @@ def run_streamed(
 
 
 class _StreamedRun:
-    """A run, and what is kept of it."""
+    """A run whose rows go to a store, and the tail of them that is kept."""
 
     def __init__(self, scenario: Scenario, assembly: Assembly, folder: Path, streaming: Streaming) -> None:
         self.master = assembly.master
@@ -138,7 +138,7 @@ class _StreamedRun:
 
     @property
     def can_resume(self) -> bool:
-        """Whether all components can give their states."""
+        """Tell whether all components can give their states."""
         return all(known.can_serialize_state for known in self._assembly.descriptions.values())
 
     def begin(self) -> None:
@@ -301,12 +301,14 @@ def interruptible(*, to_the_end: bool = True) -> Generator[Callable[[], None]]:
     noted: list[int] = []
 
     def note(number: int, frame: FrameType | None) -> None:
+        """Take the first signal down, and act on the second."""
         del frame
         if noted:
             raise KeyboardInterrupt
         noted.append(number)
 
     def check() -> None:
+        """Act on a signal that was taken down."""
         if noted:
             raise KeyboardInterrupt
 

@@ -33,11 +33,11 @@ _GATHERED = ".zmetadata"
 
 @dataclass
 class _Axis:
-    """Columns that are stored equally far apart, and the rows that no full file holds yet.
+    """Columns of one stride, and the rows that no full file holds yet.
 
     Attributes
     ----------
-    distance : int
+    stride : int
         In rows.
     arrays : dict of str to zarr.Array
         By name of column, and the axis itself.
@@ -47,7 +47,7 @@ class _Axis:
         Rows in full files, and after them.
     """
 
-    distance: int
+    stride: int
     arrays: dict[str, Any]
     pending: dict[str, NDArray[Any]]
     base: int
@@ -55,10 +55,10 @@ class _Axis:
 
     def take(self, rows: Rows) -> None:
         """Take what is to be stored."""
-        chosen = slice(-rows.first % self.distance, None, self.distance)
-        values = {name: rows.columns[name][chosen] for name in self.arrays if name != axis(self.distance)}
-        values[axis(self.distance)] = rows.times[chosen]
-        count, taken = values[axis(self.distance)].size, 0
+        chosen = slice(-rows.first % self.stride, None, self.stride)
+        values = {name: rows.columns[name][chosen] for name in self.arrays if name != axis(self.stride)}
+        values[axis(self.stride)] = rows.times[chosen]
+        count, taken = values[axis(self.stride)].size, 0
         while taken < count:
             part = min(count - taken, CHUNK - self.filled)
             for name, pending in self.pending.items():
@@ -95,7 +95,7 @@ class ZarrStore:
         with _writing(self._path):
             for each in self._axes:
                 each.write()
-        return {axis(each.distance): each.base + each.filled for each in self._axes}
+        return {axis(each.stride): each.base + each.filled for each in self._axes}
 
     def close(self, attributes: Mapping[str, Any]) -> None:
         """Write everything, with attributes of the whole, and gather what describes the columns in one place."""
@@ -113,7 +113,7 @@ def create_zarr(path: Path, columns: Mapping[int, Sequence[Column]], attributes:
     path : Path
         A folder that does not exist.
     columns : mapping of int to sequence of Column
-        What to store, by distance in rows.
+        What to store, by stride.
     attributes : mapping
         Of the whole; anything that JSON knows.
 
@@ -124,11 +124,11 @@ def create_zarr(path: Path, columns: Mapping[int, Sequence[Column]], attributes:
     """
     with _writing(path):
         group: Any = _zarr().open_group(path, mode="w-", zarr_format=_FORMAT, attributes=_simple(attributes))
-        for distance, chosen in columns.items():
-            time = Column(axis(distance), "s", np.dtype(np.float64), "communication points")
+        for stride, chosen in columns.items():
+            time = Column(axis(stride), "s", np.dtype(np.float64), "communication points")
             for column in (*chosen, time):
-                _create(group, column, axis(distance))
-    return reopen_zarr(path, columns, {axis(distance): 0 for distance in columns})
+                _create(group, column, axis(stride))
+    return reopen_zarr(path, columns, {axis(stride): 0 for stride in columns})
 
 
 def reopen_zarr(path: Path, columns: Mapping[int, Sequence[Column]], position: Position) -> ZarrStore:
@@ -142,7 +142,7 @@ def reopen_zarr(path: Path, columns: Mapping[int, Sequence[Column]], position: P
     with _writing(path):
         (path / _GATHERED).unlink(missing_ok=True)  # it tells the lengths of before
         group: Any = _zarr().open_group(path, mode="r+", zarr_format=_FORMAT, use_consolidated=False)
-        axes = [_reopen(path, group, distance, chosen, position) for distance, chosen in columns.items()]
+        axes = [_reopen(path, group, stride, chosen, position) for stride, chosen in columns.items()]
     return ZarrStore(path, group, axes)
 
 
@@ -163,6 +163,7 @@ def _zarr() -> Any:
 
 
 def _numcodecs() -> Any:
+    """Return the library of codecs."""
     return require("numcodecs", extra="stream", purpose="writing Zarr")
 
 
@@ -173,6 +174,7 @@ def _codec() -> Any:
 
 
 def _create(group: Any, column: Column, along: str) -> None:
+    """Make an empty array for a column along an axis."""
     described = {"long_name": column.description} if column.description else {}
     attributes: dict[str, Any] = {
         "_ARRAY_DIMENSIONS": [along],
@@ -191,9 +193,9 @@ def _create(group: Any, column: Column, along: str) -> None:
     )
 
 
-def _reopen(path: Path, group: Any, distance: int, columns: Sequence[Column], position: Position) -> _Axis:
+def _reopen(path: Path, group: Any, stride: int, columns: Sequence[Column], position: Position) -> _Axis:
     """Cut the columns of an axis to its rows, and read back those that fill no file."""
-    along = axis(distance)
+    along = axis(stride)
     rows = position[along]
     base = rows - rows % CHUNK
     arrays: dict[str, Any] = {}
@@ -206,7 +208,7 @@ def _reopen(path: Path, group: Any, distance: int, columns: Sequence[Column], po
         arrays[name] = array
         pending[name] = np.zeros(CHUNK, dtype=array.dtype)
         pending[name][: rows - base] = array[base:]
-    return _Axis(distance, arrays, pending, base, rows - base)
+    return _Axis(stride, arrays, pending, base, rows - base)
 
 
 def _simple(attributes: Mapping[str, Any]) -> dict[str, Any]:
@@ -220,6 +222,7 @@ def _simple(attributes: Mapping[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def _writing(path: Path) -> Generator[None]:
+    """Say what could not be written."""
     try:
         yield
     except (OSError, _zarr().errors.BaseZarrError) as error:

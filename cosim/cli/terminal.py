@@ -1,8 +1,7 @@
-"""What the command line shows: sentences when something goes wrong, progress, and what came of a run.
+"""Output of the command line: sentences, progress, and the report of a run.
 
-Log messages on the terminal, as sentences like those of errors.
-
-What is to be said of a run when it is over: how well the coupling was computed, and what is not known of it.
+Errors and log messages are one sentence each. Of a run, measures are shown as a table, and then how well the coupling
+was computed and what is not known of it.
 """
 
 from __future__ import annotations

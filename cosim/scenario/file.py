@@ -1,10 +1,6 @@
-"""Scenarios as TOML files; every key that is not known is refused.
+"""Scenarios by name, or from TOML files, in which a key that is not known is refused.
 
-Scenarios by name, or from a file of either kind.
-
-Input signals as they are written in a scenario file.
-
-A table of a TOML file that knows where it stands, so that every complaint names the key.
+`TomlTable` knows where in the file it stands, so that every complaint names the key.
 """
 
 from __future__ import annotations

@@ -5,8 +5,7 @@ stops and releases are known to the instant, extremes are those within steps, an
 time.
 
 Each measure is one entry of `MEASURES`, a function with its name, unit and text. Manifest, table and streaming take
-them from there. What they look at is a `Span`: the stops of the bit, and the window at the end of a run that the period
-of the stops suggests.
+them from there. All look at the same `BitMotion`, over a window at the end of the run that its stops suggest.
 """
 
 from __future__ import annotations
@@ -33,8 +32,8 @@ NEEDED = (
 
 
 @dataclass(frozen=True)
-class Span:
-    """A window of a run, as measures look at it.
+class BitMotion:
+    """Motion of a bit, and the window over which it is measured.
 
     Attributes
     ----------
@@ -42,13 +41,13 @@ class Span:
         Communication points, s.
     outputs : mapping of str to ndarray, shape (rows,)
         Of the plant, by name: those of `NEEDED`, and those that measures ask for besides.
-    window : Window
+    window : MeasuringWindow
         Times and rows between which to measure.
     """
 
     time: FloatArray
     outputs: Mapping[str, FloatArray]
-    window: Window
+    window: MeasuringWindow
 
     @cached_property
     def steps(self) -> slice:
@@ -74,7 +73,7 @@ class Measure:
     text : str
         What it is; heads its column in a table.
     function : callable
-        Takes a `Span`; returns a number, or None if there is none.
+        Takes a `BitMotion`; returns a number, or None if there is none.
     decimals : int, optional
         In a table; by default it has no column there.
     outputs : tuple of str
@@ -84,7 +83,7 @@ class Measure:
     name: str
     unit: str
     text: str
-    function: Callable[[Span], float | int | None]
+    function: Callable[[BitMotion], float | int | None]
     decimals: int | None = None
     outputs: tuple[str, ...] = ()
 
@@ -93,51 +92,51 @@ class Measure:
         """Write the head of its column, with the unit."""
         return f"{self.text} [{self.unit}]" if self.unit else self.text
 
-    def of(self, span: Span) -> float | int | None:
+    def of(self, motion: BitMotion) -> float | int | None:
         """Return the number."""
-        return self.function(span) if all(name in span.outputs for name in self.outputs) else None
+        return self.function(motion) if all(name in motion.outputs for name in self.outputs) else None
 
     def cell(self, value: float | int | None) -> str:
         """Write the number into its column; a dash for none."""
         return "-" if value is None else f"{value:.{self.decimals}f}"
 
 
-def _peak(span: Span) -> float:
+def _peak(motion: BitMotion) -> float:
     """Return the greatest bit speed [rad/s]."""
-    return max(span.first_speed, float(span.outputs["bit_speed_max"][span.steps].max()))
+    return max(motion.first_speed, float(motion.outputs["bit_speed_max"][motion.steps].max()))
 
 
-def _minimum(span: Span) -> float:
+def _minimum(motion: BitMotion) -> float:
     """Return the least bit speed [rad/s]."""
-    return min(span.first_speed, float(span.outputs["bit_speed_min"][span.steps].min()))
+    return min(motion.first_speed, float(motion.outputs["bit_speed_min"][motion.steps].min()))
 
 
-def _stuck_fraction(span: Span) -> float:
+def _stuck_fraction(motion: BitMotion) -> float:
     """Return the part of the window in which the bit is held, 0 to 1."""
-    window = span.window
-    stuck = _stuck_until(span.time, span.outputs, window.last, window.end)
-    stuck -= _stuck_until(span.time, span.outputs, window.first, window.start)
+    window = motion.window
+    stuck = _stuck_until(motion.time, motion.outputs, window.last, window.end)
+    stuck -= _stuck_until(motion.time, motion.outputs, window.first, window.start)
     return min(1.0, max(0.0, stuck / (window.end - window.start)))
 
 
-def _mean_speed(span: Span) -> float:
+def _mean_speed(motion: BitMotion) -> float:
     """Divide angle by time [rad/s]; while the bit is held its angle is what it was at the stop."""
-    window, angle = span.window, span.outputs["bit_angle"]
-    duration = window.end - window.start if window.held else span.time[window.last] - span.time[window.first]
+    window, angle = motion.window, motion.outputs["bit_angle"]
+    duration = window.end - window.start if window.held else motion.time[window.last] - motion.time[window.first]
     return float((angle[window.last] - angle[window.first]) / duration)
 
 
-def _ssi(span: Span) -> float:
+def _ssi(motion: BitMotion) -> float:
     """Return (peak - minimum) / (2 mean), infinite if the mean is below 1e-9 rad/s."""
-    mean = _mean_speed(span)
-    return (_peak(span) - _minimum(span)) / (2.0 * mean) if mean >= _NO_SPEED else math.inf
+    mean = _mean_speed(motion)
+    return (_peak(motion) - _minimum(motion)) / (2.0 * mean) if mean >= _NO_SPEED else math.inf
 
 
 MEASURES: dict[str, Measure] = {
     each.name: each
     for each in (
-        Measure("period", "s", "period", lambda span: span.window.period, 7),
-        Measure("stops_per_period", "", "stops per period", lambda span: span.window.stops_per_period),
+        Measure("period", "s", "period", lambda motion: motion.window.period, 7),
+        Measure("stops_per_period", "", "stops per period", lambda motion: motion.window.stops_per_period),
         Measure("peak", "rad/s", "peak", _peak, 4),
         Measure("minimum", "rad/s", "minimum", _minimum),
         Measure("stuck_fraction", "", "stuck fraction", _stuck_fraction, 6),
@@ -218,8 +217,8 @@ def measure(result: Result, component: str = "plant") -> Measures | None:
     bit = {name: np.asarray(result[f"{component}.{name}"], dtype=np.float64) for name in recorded}
     events = (bit[name] for name in ("last_stop_time", "last_release_time", "slip_count", "bit_stuck"))
     window = choose_window(result.time, find_stops(result.time, *events))
-    span = Span(result.time, bit, window)
-    values = {name: each.of(span) for name, each in MEASURES.items()}
+    motion = BitMotion(result.time, bit, window)
+    values = {name: each.of(motion) for name, each in MEASURES.items()}
     return Measures(component, window.text, window.start, window.end, values)
 
 
@@ -327,7 +326,7 @@ _PATIENCE = 1.5
 
 
 @dataclass(frozen=True)
-class Window:
+class MeasuringWindow:
     """Times and rows between which to measure.
 
     Attributes
@@ -359,7 +358,7 @@ class Window:
     held: bool = True
 
 
-def choose_window(time: FloatArray, stops: Stops) -> Window:
+def choose_window(time: FloatArray, stops: Stops) -> MeasuringWindow:
     """Choose what to measure.
 
     The window is the last whole number of periods, from stop to stop: as many settled ones as fit into 20 s, but at
@@ -391,7 +390,7 @@ def choose_window(time: FloatArray, stops: Stops) -> Window:
     return window
 
 
-def _whole_periods(stops: Stops, m: int) -> Window:
+def _whole_periods(stops: Stops, m: int) -> MeasuringWindow:
     """Span settled periods of m stops, from a stop to a stop at whose communication points the bit is still held.
 
     Only then is the bit's angle at the stops known. Long steps may leave no such pair; then the last stop will do.
@@ -412,20 +411,20 @@ def _whole_periods(stops: Stops, m: int) -> Window:
     return replace(window, period=(window.end - window.start) / periods, stops_per_period=m)
 
 
-def _between_stops(stops: Stops, first: int, last: int, what: str) -> Window:
+def _between_stops(stops: Stops, first: int, last: int, what: str) -> MeasuringWindow:
     """Span the time from one stop to another."""
     start, end = float(stops.times[first]), float(stops.times[last])
     row = int(stops.rows[first])
     held = bool(stops.held[first] and stops.held[last])
     text = f"{what}, stop to stop, {start:.6g} s to {end:.6g} s"
     text += "" if held else "; mean speed between the communication points after them"
-    return Window(start, end, row, int(stops.rows[last]), row, text, held=held)
+    return MeasuringWindow(start, end, row, int(stops.rows[last]), row, text, held=held)
 
 
-def _last_seconds(time: FloatArray, why: str) -> Window:
+def _last_seconds(time: FloatArray, why: str) -> MeasuringWindow:
     """Span the last 20 s between communication points, or the whole of a shorter run."""
     first = max(0, int(np.searchsorted(time, float(time[-1]) - WINDOW * (1 + 1e-12))))
     first = min(first, time.size - 2)
     start, end = float(time[first]), float(time[-1])
     what = "the whole run" if first == 0 else f"the last {end - start:.6g} s"
-    return Window(start, end, first, time.size - 1, first + 1, f"{what}, {start:.6g} s to {end:.6g} s{why}")
+    return MeasuringWindow(start, end, first, time.size - 1, first + 1, f"{what}, {start:.6g} s to {end:.6g} s{why}")

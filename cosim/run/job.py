@@ -1,8 +1,8 @@
 """One job from scenario to folder: every variant simulated, measured, written and drawn.
 
-There is one way for all jobs. Where rows go is up to a sink: `_Memory` keeps them, and the folder appears when all is
-done; `_Disk` streams them, so the folder is there from the beginning, and its manifest tells what is being run and
-which variants are complete. An unfinished job is resumed from the folder alone.
+All jobs go one way; where rows go is up to a sink. `_MemorySink` keeps them, and the folder appears when all is done.
+`_DiskSink` streams them, so the folder is there from the beginning, and its manifest tells what is being run and which
+variants are complete. An unfinished job is resumed from the folder alone.
 """
 
 from __future__ import annotations
@@ -204,11 +204,11 @@ class _Sink(Protocol):
 
 def _sink(job: Job, folder: Path) -> _Sink:
     """Return the sink that a job asks for."""
-    return _Memory(folder) if job.streaming is None else _Disk(folder, job.streaming)
+    return _MemorySink(folder) if job.streaming is None else _DiskSink(folder, job.streaming)
 
 
 @dataclass(frozen=True)
-class _Memory:
+class _MemorySink:
     """A sink that keeps rows, and writes them when a variant is complete."""
 
     folder: Path
@@ -229,7 +229,7 @@ class _Memory:
 
 
 @dataclass(frozen=True)
-class _Disk:
+class _DiskSink:
     """A sink that writes rows as they come; a run that was begun in the folder goes on."""
 
     folder: Path

@@ -49,7 +49,7 @@ class Unsolved(TypedDict):
     largest_residual: float
 
 
-class ErrorEstimate(TypedDict):
+class StepErrors(TypedDict):
     """Errors of steps, relative to values and nominal values, and the number of steps that missed the tolerance."""
 
     largest: float
@@ -113,7 +113,7 @@ class CouplingReport:
     iterations: Iterations | None = field(default=None, metadata=_OPTIONAL)
     unsolved: Unsolved | None = field(default=None, metadata=_OPTIONAL)
     tolerance: float | None = field(default=None, metadata=_OPTIONAL)
-    error_estimate: ErrorEstimate | None = field(default=None, metadata=_OPTIONAL)
+    error_estimate: StepErrors | None = field(default=None, metadata=_OPTIONAL)
     energy_residual: Mapping[str, EnergyResidual]
     guards: Mapping[str, GuardSpan]
     timings: Timings

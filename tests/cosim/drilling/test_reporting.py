@@ -14,13 +14,13 @@ from typer.testing import CliRunner
 from cosim import load_scenario, simulate
 from cosim.cli.app import app
 from cosim.drilling import reporting
-from cosim.drilling.oscillation import MEASURES, Measure, Measures, Span, measure
+from cosim.drilling.oscillation import MEASURES, BitMotion, Measure, Measures, measure
 
 RUN = ["run", "wob-law", "--stop-time", "30", "--output"]
 
 
-def greatest_top_torque(span: Span) -> float:
-    return float(span.outputs["top_torque"][span.window.first : span.window.last + 1].max())
+def greatest_top_torque(motion: BitMotion) -> float:
+    return float(motion.outputs["top_torque"][motion.window.first : motion.window.last + 1].max())
 
 
 @pytest.fixture

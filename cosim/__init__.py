@@ -14,8 +14,10 @@ if TYPE_CHECKING:
     from cosim.errors import CosimError, InputError, LoopError, RunError, SlaveError
     from cosim.master.co_simulation import co_simulate
     from cosim.recording.result import Result
+    from cosim.run.options import RunOptions
     from cosim.run.simulation import simulate
-    from cosim.run.stream import open_trajectory, stream
+    from cosim.run.stream import stream
+    from cosim.run.zarr_store import open_trajectory
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
     from cosim.system.method import Method
@@ -36,6 +38,7 @@ __all__ = [
     "Ramp",
     "Result",
     "RunError",
+    "RunOptions",
     "Scenario",
     "Signal",
     "SlaveError",
@@ -66,6 +69,7 @@ _HOMES = {
     "Ramp": "cosim.system.signals",
     "Result": "cosim.recording.result",
     "RunError": "cosim.errors",
+    "RunOptions": "cosim.run.options",
     "Scenario": "cosim.scenario.scenario",
     "Signal": "cosim.system.signals",
     "SlaveError": "cosim.errors",
@@ -75,7 +79,7 @@ _HOMES = {
     "Variant": "cosim.scenario.scenario",
     "co_simulate": "cosim.master.co_simulation",
     "load_scenario": "cosim.scenario.file",
-    "open_trajectory": "cosim.run.stream",
+    "open_trajectory": "cosim.run.zarr_store",
     "ramp": "cosim.system.signals",
     "read_table": "cosim.system.signals",
     "scenario_names": "cosim.scenario.file",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -87,3 +88,10 @@ def imported_floors(path: Path) -> set[int]:
 def test_no_module_of_fmu_src_imports_from_a_package_above_it(path: Path) -> None:
     own = FLOORS.get(path.relative_to(ROOT / "fmu_src").parts[0], 0)
     assert max(imported_floors(path), default=0) <= own
+
+
+def test_what_runs_and_shows_knows_drilling_by_its_reporting_alone() -> None:
+    for part in ("run", "cli"):
+        for path in (ROOT / "cosim" / part).glob("*.py"):
+            words = re.findall(r"cosim\.drilling(?: import |\.)(\w+)", path.read_text(encoding="utf-8"))
+            assert set(words) <= {"reporting"}, path.name

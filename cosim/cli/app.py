@@ -1,8 +1,18 @@
-"""The command `cosim`; each of its commands imports what it needs, so that help and lists are there at once."""
+"""The command `cosim`; each of its commands imports what it needs, so that help and lists are there at once.
+
+It also hands out the FMUs as files for other tools: those that are there, copies of them, and built anew.
+"""
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
 import tomllib
+from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,14 +22,46 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from cosim.cli.terminal import new_console, prepare_step_loop, print_outcomes, progress_bar, sentences
-from cosim.errors import InputError
+from cosim.cli.terminal import new_console, prepare_step_loop, print_manifest, progress_bar, sentences
+from cosim.errors import FmuFileError, InputError, MissingPackageError, OutputError, suggestion
 from cosim.fmi2.isolation import Limits
+from cosim.fmi2.locate import PACKAGINGS, how_to_build, promised_fmus
 
 if TYPE_CHECKING:
-    from cosim.run.job import Job
-    from cosim.run.stream_job import Streaming
+    from cosim.run.options import Streaming
     from cosim.system.signals import Value
+
+ScenarioArgument = Annotated[
+    str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
+]
+PackagingOption = Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")]
+AlgorithmOption = Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")]
+StepSizeOption = Annotated[
+    float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
+]
+ToleranceOption = Annotated[
+    float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")
+]
+OnFailureOption = Annotated[
+    str | None,
+    typer.Option(help="Where a loop has no solution: fail, halve the step, or go on with an explicit one."),
+]
+SetOption = Annotated[
+    list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
+]
+TimeLimitOption = Annotated[float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")]
+MemoryLimitOption = Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")]
+StreamOption = Annotated[
+    bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
+]
+EveryOption = Annotated[
+    list[str] | None,
+    typer.Option(help="With --stream: store every Nth row; name=N or pattern=N for some columns; repeatable."),
+]
+CheckpointOption = Annotated[
+    float | None, typer.Option(min=0.0, help="With --stream: seconds between checkpoints, by default 30.")
+]
+
 
 app = typer.Typer(
     help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
@@ -62,53 +104,31 @@ def list_scenarios() -> None:
 
 @app.command()
 def run(
-    scenario: Annotated[
-        str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
-    ],
-    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
-    algorithm: Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")] = None,
-    step_size: Annotated[
-        float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
-    ] = None,
-    tolerance: Annotated[
-        float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")
-    ] = None,
-    on_failure: Annotated[
-        str | None,
-        typer.Option(help="Where a loop has no solution: fail, halve the step, or go on with an explicit one."),
-    ] = None,
+    scenario: ScenarioArgument,
+    packaging: PackagingOption = "native",
+    algorithm: AlgorithmOption = None,
+    step_size: StepSizeOption = None,
+    tolerance: ToleranceOption = None,
+    on_failure: OnFailureOption = None,
     stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
-    ] = None,
+    set_: SetOption = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
     output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/<scenario>.")] = None,
     isolate: Annotated[bool, typer.Option("--isolate", help="Run each FMU in a process of its own.")] = False,
-    time_limit: Annotated[
-        float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")
-    ] = Limits.time,
-    memory_limit: Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")] = Limits.memory
-    / 1e6,
-    stream: Annotated[
-        bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
-    ] = False,
-    every: Annotated[
-        list[str] | None,
-        typer.Option(help="With --stream: store every Nth row; name=N or pattern=N for some columns; repeatable."),
-    ] = None,
+    time_limit: TimeLimitOption = Limits.time,
+    memory_limit: MemoryLimitOption = Limits.memory / 1e6,
+    stream: StreamOption = False,
+    every: EveryOption = None,
     csv: Annotated[bool, typer.Option("--csv", help="With --stream: write CSV instead of Zarr.")] = False,
-    checkpoint: Annotated[
-        float | None, typer.Option(min=0.0, help="With --stream: seconds between checkpoints, by default 30.")
-    ] = None,
+    checkpoint: CheckpointOption = None,
 ) -> None:
     """Run a scenario: show its measures, and write trajectory, manifest and figure."""
     from cosim.run.job import Job, run_job
-    from cosim.run.options import Choices
-    from cosim.run.stream_job import stream_job
+    from cosim.run.options import RunOptions
     from cosim.scenario.file import opened_scenario
 
     with sentences(), opened_scenario(scenario, stop_time, step_size) as loaded:
-        choices = Choices(
+        options = RunOptions(
             packaging=packaging,
             algorithm=algorithm,
             step_size=step_size,
@@ -120,16 +140,13 @@ def run(
             limits=Limits(time_limit, 1e6 * memory_limit),
         )
         streaming = _streaming(stream, every, csv, checkpoint)
-        job = Job(loaded, choices, tuple(dict.fromkeys(variant or ())))
+        job = Job(loaded, options, tuple(dict.fromkeys(variant or ())), streaming, scenario)
         folder = output or Path("runs", loaded.name)
         prepare_step_loop(job)
         with progress_bar() as bar:
             bar.show(job)
-            if streaming is None:
-                outcomes = run_job(job, folder, bar.progress)
-            else:
-                outcomes = stream_job(job, scenario, streaming, folder, bar.progress)
-        print_outcomes(loaded, outcomes, folder)
+            manifest = run_job(job, folder, bar.progress)
+        print_manifest(manifest, folder)
 
 
 @app.command()
@@ -137,33 +154,23 @@ def resume(
     folder: Annotated[Path, typer.Argument(help="Of an unfinished run with --stream.", metavar="FOLDER")],
 ) -> None:
     """Go on with a streamed run that was interrupted, from its last checkpoint."""
-    from cosim.run.stream_job import resume_job
+    from cosim.run.job import resume_job
 
     with sentences():
-        jobs: list[Job] = []
         with progress_bar() as bar:
-
-            def started(job: Job) -> None:
-                jobs.append(job)
-                bar.show(job)
-
-            outcomes = resume_job(folder, started, bar.progress)
-        print_outcomes(jobs[0].scenario, outcomes, folder)
+            manifest = resume_job(folder, bar.show, bar.progress)
+        print_manifest(manifest, folder)
 
 
 @app.command()
 def export(
-    scenario: Annotated[
-        str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
-    ],
+    scenario: ScenarioArgument,
     file: Annotated[Path | None, typer.Argument(help="The .ssp file to write.", metavar="[FILE.ssp]")] = None,
     container: Annotated[
         Path | None, typer.Option(help="The .fmu file to write: the whole system as one FMU.", metavar="FILE.fmu")
     ] = None,
-    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
-    ] = None,
+    packaging: PackagingOption = "native",
+    set_: SetOption = None,
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
 ) -> None:
     """Write a scenario, with its FMUs, as one file that other tools read: SSP 1.0, or an FMU of FMUs."""
@@ -222,12 +229,10 @@ def fmus(
     folder: Annotated[
         Path | None, typer.Argument(help="Where to copy them to; without it they are listed.", metavar="[FOLDER]")
     ] = None,
-    packaging: Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")] = "native",
+    packaging: PackagingOption = "native",
     force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
 ) -> None:
     """Hand out the FMU files, for the tool that is to import them."""
-    from cosim.cli.handing_out import available_fmus, copy_fmus
-
     with sentences():
         console = new_console()
         if folder is None:
@@ -244,8 +249,6 @@ def fmus(
 )
 def build(arguments: typer.Context) -> None:
     """Build the FMUs anew, of either packaging; --help says how."""
-    from cosim.cli.handing_out import build_fmus
-
     with sentences():
         code = build_fmus(arguments.args)
     raise typer.Exit(code)
@@ -258,8 +261,7 @@ def main() -> None:
 
 def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:
     """Read how to stream, if at all."""
-    from cosim.run.stream import INTERVAL
-    from cosim.run.stream_job import Streaming
+    from cosim.run.options import INTERVAL, Streaming
 
     asked = {"--every": every, "--csv": csv, "--checkpoint": checkpoint is not None}
     if not stream:
@@ -267,11 +269,10 @@ def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: flo
             if given:
                 raise InputError(f"{name} is for streamed runs; expected --stream as well")
         return None
-    interval = INTERVAL if checkpoint is None else checkpoint
-    return Streaming(dict(_distance(text) for text in every or ()), csv, interval)
+    return Streaming(dict(_stride(text) for text in every or ()), csv, INTERVAL if checkpoint is None else checkpoint)
 
 
-def _distance(text: str) -> tuple[str, int]:
+def _stride(text: str) -> tuple[str, int]:
     """Read ``N``, for all columns, or ``pattern=N``."""
     pattern, _, number = text.rpartition("=")
     if not number.strip().isdigit():
@@ -289,3 +290,78 @@ def _override(text: str) -> tuple[str, Value]:
     except tomllib.TOMLDecodeError:
         parsed = value.strip()
     return name.strip(), parsed if isinstance(parsed, bool | int | float) else value.strip().strip("\"'")
+
+
+_NEEDED = ("ziglang", "pythonfmu", "jinja2")
+
+
+def available_fmus(packaging: str) -> dict[str, Path]:
+    """Return the files of the FMUs of this project, by name.
+
+    Raises
+    ------
+    InputError
+        If there is no such packaging.
+    FmuFileError
+        If there are none.
+    """
+    if packaging not in PACKAGINGS:
+        raise InputError(f"there is no packaging '{packaging}'{suggestion(packaging, PACKAGINGS)}")
+    found = promised_fmus(packaging)
+    if not found:
+        raise FmuFileError(f"there are no FMUs of the {packaging} packaging here{how_to_build(packaging)}")
+    return found
+
+
+def copy_fmus(folder: Path, packaging: str, *, replace: bool = False) -> list[Path]:
+    """Copy the FMUs into a folder, each whole or not at all; return the paths of the copies.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is not there.
+    packaging : str
+        ``"native"`` or ``"python"``.
+    replace : bool, optional
+        Whether files of the same names and other content are replaced.
+
+    Raises
+    ------
+    InputError
+        If there is no such packaging, or a file of another content stands where a copy is to go: nothing is written.
+    FmuFileError
+        If there are no FMUs.
+    OutputError
+        If the folder cannot be written.
+    """
+    sources = available_fmus(packaging)
+    targets = {folder / source.name: source for source in sources.values()}
+    try:
+        if not replace:
+            for target, source in targets.items():
+                if target.exists() and target.read_bytes() != source.read_bytes():
+                    raise InputError(f"{target} is there already and is another file; expected --force to replace it")
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".fmus-", dir=folder) as draft:
+            for target, source in targets.items():
+                copy = shutil.copyfile(source, Path(draft) / source.name)
+                os.replace(copy, target)
+    except OSError as error:
+        raise OutputError(f"folder {folder} cannot be written: {error.strerror or error}") from error
+    return list(targets)
+
+
+def build_fmus(arguments: Sequence[str]) -> int:
+    """Build FMUs in a process of its own, by the options of `build_fmu.py`; return its exit code.
+
+    Raises
+    ------
+    MissingPackageError
+        If what building needs is not installed.
+    """
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        brings = 'pip install "drillstring-cosim[build]" brings all of it'
+        raise MissingPackageError(f"building FMUs needs {', '.join(missing)}; {brings}")
+    command = [sys.executable, "-m", "cosim.fmu_src.build", *arguments]
+    return subprocess.run(command, check=False).returncode

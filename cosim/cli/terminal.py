@@ -1,17 +1,16 @@
-"""What the command line shows: sentences when something goes wrong, progress, and what came of a run.
+"""Output of the command line: sentences, progress, and the report of a run.
 
-Log messages on the terminal, as sentences like those of errors.
-
-What is to be said of a run when it is over: how well the coupling was computed, and what is not known of it.
+Errors and log messages are one sentence each. Of a run, measures are shown as a table, and then how well the coupling
+was computed and what is not known of it.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
@@ -20,12 +19,10 @@ from rich.table import Table
 from rich.text import Text
 
 from cosim.errors import CosimError, RunInterruptedError, format_time
-from cosim.run.interrupt import interruptible
 
 if TYPE_CHECKING:
-    from cosim.run.job import Job, Outcome
-    from cosim.scenario.scenario import Scenario
-
+    from cosim.run.job import Job
+    from cosim.run.report import CouplingReport, EnergyResidual, GuardSpan, Manifest
 
 _WIDTH_OF_FILES = 120
 _INTERRUPTED = 130
@@ -64,10 +61,9 @@ def sentences() -> Generator[None]:
 def prepare_step_loop(job: Job) -> None:
     """Get the compiled step loop if the job takes it, and show that one waits where it has to be compiled first."""
     from cosim.master.compiled_loop import step_library
-    from cosim.run.assembly import chosen_method
 
-    method = chosen_method(job.scenario, job.choices)
-    isolated = job.choices.isolate or any(part.isolate for part in job.scenario.system.components)
+    method = job.options.method(job.scenario)
+    isolated = job.options.isolate or any(part.isolate for part in job.scenario.system.components)
     if method.compiled and not method.implicit and method.tolerance is None and not isolated:
         with Console(stderr=True).status("preparing the step loop; compiling it, once, takes some seconds"):
             step_library()
@@ -93,6 +89,8 @@ class Bar:
 @contextmanager
 def progress_bar() -> Generator[Bar]:
     """Show progress, with the time left, if anybody watches."""
+    from cosim.run.stream import interruptible  # with NumPy, which help and lists do without
+
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
     with (
@@ -104,53 +102,38 @@ def progress_bar() -> Generator[Bar]:
         yield Bar(bars, check)
 
 
-def print_outcomes(scenario: Scenario, outcomes: dict[str, Outcome], folder: Path) -> None:
-    """Show what came of a run."""
+def print_manifest(manifest: Manifest, folder: Path) -> None:
+    """Show what came of a run, and what was written where."""
     console = new_console()
-    console.print(Text(scenario.title or scenario.name, style="bold"))
-    console.print(_summary(outcomes))
-    _print_remarks(console, outcomes)
-    _print_paths(console, folder)
+    console.print(Text(manifest.title or manifest.scenario, style="bold"))
+    console.print(_summary(manifest))
+    _print_remarks(console, manifest)
+    for name in manifest.files:
+        console.print(Text(f"wrote {folder / name}"), soft_wrap=True)
 
 
-def _summary(outcomes: dict[str, Outcome]) -> Table:
+def _summary(manifest: Manifest) -> Table:
     """Tabulate the measures."""
+    from cosim.drilling import reporting
+
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2))
     table.add_column("run", no_wrap=True)
-    for heading in ("period [s]", "peak [rad/s]", "stuck fraction", "mean speed [rad/s]", "SSI"):
+    for heading in reporting.headings():
         table.add_column(Text(heading), justify="right", no_wrap=True)
-    for label, outcome in outcomes.items():
-        found = outcome.measures
-        if found is None:
-            table.add_row(label, *("-" * 5))
-            continue
-        period = "-" if found.period is None else f"{found.period:.7f}"
-        numbers = (f"{found.peak:.4f}", f"{found.stuck_fraction:.6f}", f"{found.mean_speed:.6f}", f"{found.ssi:.4f}")
-        table.add_row(label, period, *numbers)
+    for variant in manifest.variants:
+        table.add_row(variant.label, *variant.findings.cells())
     return table
 
 
-def _print_remarks(console: Console, outcomes: dict[str, Outcome]) -> None:
+def _print_remarks(console: Console, manifest: Manifest) -> None:
     """Say over which window each was measured, how long the runs took, and how the coupling was computed."""
-    for label, outcome in outcomes.items():
-        record = outcome.record
-        window = f"measured over {outcome.measures.window}" if outcome.measures else "nothing to measure"
-        steps, seconds = record["steps"], record["timings"]["step"]
-        size = f"{'at most ' if 'tolerance' in record else ''}{record['step_size']:g} s"
-        took = f"{steps} steps of {size} ({record['algorithm']}) in {seconds:.3g} s"
-        for sentence in (f"{window}; {took}", *statement(record)):
-            console.print(Text(f"{label}: {sentence}", style="dim"), soft_wrap=True)
-
-
-def _print_paths(console: Console, folder: Path) -> None:
-    """Say what was written where, by the manifest."""
-    from cosim.run.run_folder import MANIFEST, read_manifest
-
-    manifest = read_manifest(folder) or {}
-    variants = manifest["variants"]
-    figures = [manifest["figure"]] if "figure" in manifest else [entry["figure"] for entry in variants]
-    for name in (*(entry["trajectory"] for entry in variants), MANIFEST, *figures):
-        console.print(Text(f"wrote {folder / name}"), soft_wrap=True)
+    for variant in manifest.variants:
+        coupling = variant.run.coupling
+        seconds = coupling.timings.get("step", 0.0)
+        size = f"{'at most ' if coupling.tolerance is not None else ''}{coupling.step_size:g} s"
+        took = f"{coupling.steps} steps of {size} ({coupling.algorithm}) in {seconds:.3g} s"
+        for sentence in (f"{variant.findings.sentence()}; {took}", *statement(coupling)):
+            console.print(Text(f"{variant.label}: {sentence}", style="dim"), soft_wrap=True)
 
 
 _FMU = "cosim.fmi2."
@@ -200,74 +183,75 @@ def plain(text: str) -> str:
     return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in text)
 
 
-def statement(record: Mapping[str, Any]) -> tuple[str, ...]:
-    """Say it in sentences, from the record of a run; nothing for a run without connections."""
-    if not record["connections"]:
+def statement(coupling: CouplingReport) -> tuple[str, ...]:
+    """Say in sentences how a run was coupled; nothing for a run without connections."""
+    if not coupling.connections:
         return ()
     sentences = [
-        *(f"algebraic loop {loop}: {_closed(record)}{_guarded(loop, record)}" for loop in record["loops"]),
-        *_iterations(record),
-        *_error(record),
-        *(_energy(name, account) for name, account in record["energy_residual"].items()),
-        *(_guard(name, span) for name, span in record["guards"].items()),
+        *(f"algebraic loop {loop}: {_closed(coupling)}{_guarded(loop, coupling)}" for loop in coupling.loops),
+        *_iterations(coupling),
+        *_error(coupling),
+        *(_energy(name, residual) for name, residual in coupling.energy_residual.items()),
+        *(_guard(name, span) for name, span in coupling.guards.items()),
     ]
     return tuple(sentences)
 
 
-def _closed(record: Mapping[str, Any]) -> str:
+def _closed(coupling: CouplingReport) -> str:
     """Say what has become of the loops."""
-    if "iterations" not in record:
-        return f"{record['algorithm']} passes on values of the step before"
-    unsolved = record["unsolved"]
-    accuracy = f"to {record['iteration_tolerance']:g} of the values"
-    if not unsolved["steps"]:
+    unsolved = coupling.unsolved
+    if unsolved is None:
+        return f"{coupling.algorithm} passes on values of the step before"
+    accuracy = f"to {coupling.iteration_tolerance:g} of the values"
+    first = unsolved["first"]
+    if not unsolved["steps"] or first is None:
         return f"closed in every step, {accuracy}"
     return (
-        f"not closed in {unsolved['steps']} of {record['steps']} steps, first at t = "
-        f"{format_time(unsolved['first'])} s, by {unsolved['largest_residual']:.3g} at most; in the others {accuracy}"
+        f"not closed in {unsolved['steps']} of {coupling.steps} steps, first at t = "
+        f"{format_time(first)} s, by {unsolved['largest_residual']:.3g} at most; in the others {accuracy}"
     )
 
 
-def _guarded(loop: str, record: Mapping[str, Any]) -> str:
+def _guarded(loop: str, coupling: CouplingReport) -> str:
     """Say which guards and limits stood in for a solution of a loop."""
     components = {name.partition(".")[0] for name in loop.split(" -> ")}
-    names = [name for name in record["guards"] if name.partition(".")[0] in components]
-    if "iterations" not in record or not names:
+    names = [name for name in coupling.guards if name.partition(".")[0] in components]
+    if coupling.iterations is None or not names:
         return ""
     return f"; where {' or '.join(names)} is on, by the value of that guard or limit and not by a solution"
 
 
-def _iterations(record: Mapping[str, Any]) -> list[str]:
+def _iterations(coupling: CouplingReport) -> list[str]:
     """Say how often steps were repeated."""
-    if "iterations" not in record:
+    found = coupling.iterations
+    if found is None:
         return []
-    found = record["iterations"]
     return [f"components of a loop were stepped {found['mean']:.2f} times a step, at most {found['most']} times"]
 
 
-def _error(record: Mapping[str, Any]) -> list[str]:
+def _error(coupling: CouplingReport) -> list[str]:
     """Say what is known of the error, and how many steps it cost."""
-    if "error_estimate" not in record:
-        rejected = [_count(record["rejected"], "step") + " taken back"] if "rejected" in record else []
+    found = coupling.error_estimate
+    rejected = [] if coupling.rejected is None else [_count(coupling.rejected, "step") + " rejected"]
+    if found is None:
         return [*rejected, "error of the coupling not estimated (a tolerance asks for it)"]
-    found = record["error_estimate"]
     text = (
         f"estimated error {found['largest']:.2g} in a step at most, {found['mean']:.2g} on average, relative to values "
-        f"and nominal values; tolerance {record['tolerance']:g}, {_count(record['rejected'], 'step')} taken back"
+        f"and nominal values; {', '.join([f'tolerance {coupling.tolerance:g}', *rejected])}"
     )
     if found["beyond_tolerance"]:
-        text += f"; {found['beyond_tolerance']} of {record['steps']} steps beyond the tolerance at the smallest size"
+        text += f"; {found['beyond_tolerance']} of {coupling.steps} steps beyond the tolerance at the smallest size"
     return [text]
 
 
-def _energy(name: str, account: Mapping[str, Any]) -> str:
+def _energy(name: str, residual: EnergyResidual) -> str:
     """Say how much energy the coupling made or lost."""
-    made = account["sum"]
+    made = residual["sum"]
     what = "made" if made > 0.0 else "lost"
-    return f"energy {what} by the coupling at {name}: {abs(made):.3g} J of {account['exchanged']:.3g} J exchanged"
+    return f"energy {what} by the coupling at {name}: {abs(made):.3g} J of {residual['exchanged']:.3g} J exchanged"
 
 
-def _guard(name: str, span: Mapping[str, Any]) -> str:
+def _guard(name: str, span: GuardSpan) -> str:
     """Say where values are a guard's or a limit's."""
     return (
         f"{name} is on at {_count(span['points'], 'communication point')} from t = {format_time(span['first'])} s to "

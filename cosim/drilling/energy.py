@@ -24,7 +24,7 @@ NEEDED = ("energy", "work_in", "drive_work", "top_loss", "bit_loss")
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """What became of the energy of the string and of the drive, at all communication points.
+    """Balance of the energy of string and drive, at all communication points.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class EnergyBalance:
 
     @property
     def worst(self) -> float:
-        """Greatest residual as a part of what had been put in until then; 0 if nothing ever was."""
+        """Return the greatest residual as a part of what had been put in until then; 0 if nothing ever was."""
         part = np.divide(np.abs(self.residual), self.put_in, out=np.zeros_like(self.put_in), where=self.put_in > 0.0)
         return float(part.max())
 
@@ -91,6 +91,7 @@ def energy_balance(result: Result, component: str = "plant") -> EnergyBalance | 
         return None
 
     def since_start(name: str) -> FloatArray:
+        """Return an output less its first value."""
         values = np.asarray(result[f"{component}.{name}"], dtype=np.float64)
         return values - values[0]
 

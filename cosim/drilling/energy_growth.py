@@ -51,7 +51,7 @@ _PASSED_ON = 1e-6
 
 @dataclass(frozen=True)
 class Share:
-    """What one cause made.
+    """Growth of energy that one cause made.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Share:
 
 @dataclass(frozen=True)
 class EnergyGrowth:
-    """How the energy of a string changed in each step, and why it grew.
+    """Growth of the energy of a string, step by step, with its causes.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class EnergyGrowth:
 
     @property
     def growth(self) -> float:
-        """By how much the energy grew in all steps in which it did, J."""
+        """Sum the growth over all steps in which the energy grew, J."""
         return float(self.change[self.cause >= 0].sum())
 
     def shares(self) -> dict[str, Share]:
@@ -204,7 +204,7 @@ def _attributed(
     )
 
 
-def arriving_wave(result: Result, plant: str = "plant") -> FloatArray:
+def incident_wave(result: Result, plant: str = "plant") -> FloatArray:
     """Return the wave that arrives at the top, U(t - Gamma) [rad/s], shape (n,), from speed and torque there."""
     impedance = _string(result, plant).impedance
     return 0.5 * (_column(result, f"{plant}.top_speed") - _column(result, f"{plant}.top_torque") / impedance)
@@ -243,7 +243,7 @@ def _solvable(result: Result, plant: str, law: str, string: DrillstringParameter
     wanted = _column(result, f"{law}.bit_speed_ref")
     found = np.ones(wanted.size, dtype=np.bool_)
     if obeyed.form == "printed":
-        wave, bit = arriving_wave(result, plant), _column(result, f"{plant}.bit_speed")
+        wave, bit = incident_wave(result, plant), _column(result, f"{plant}.bit_speed")
         order = np.argsort(wanted, kind="stable")
         values, starts = np.unique(wanted[order], return_index=True)
         for value, rows in zip(values.tolist(), np.split(order, starts[1:]), strict=True):
@@ -264,6 +264,7 @@ def _law(result: Result, law: str) -> DissipativeLaw:
 
 
 def _parameters(result: Result, component: str) -> Mapping[str, Any]:
+    """Return the parameters that a component ran with."""
     try:
         return result.record["components"][component]["parameters"]
     except KeyError:
@@ -273,6 +274,7 @@ def _parameters(result: Result, component: str) -> Mapping[str, Any]:
 
 
 def _column(result: Result, name: str) -> FloatArray:
+    """Return a trajectory as numbers."""
     return np.asarray(result[name], dtype=np.float64)
 
 

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cosim.drilling.energy_growth import CAUSES, EnergyGrowth, arriving_wave
-from cosim.drilling.figure import blank_figure
+from cosim.drilling.energy_growth import CAUSES, EnergyGrowth, incident_wave
 from cosim.drilling.mathematics import (
     Bistability,
     BranchPoint,
@@ -22,6 +21,7 @@ from cosim.drilling.mathematics import (
     input_of,
     peak_speed,
 )
+from cosim.drilling.reporting import blank_figure
 from cosim.recording.result import Result
 from cosim.system.signals import FloatArray
 
@@ -134,7 +134,7 @@ def draw_loop_set(
     *,
     reach: float = 45.0,
 ) -> None:
-    """Draw into a PNG file which top speeds and arriving waves solve the loop of law (9) as printed.
+    """Draw into a PNG file which top speeds and incident waves solve the loop of law (9) as printed.
 
     a) The plane of both: the solutions for all bit speeds of a range, blue, the waves for which there is none at any of
     them, orange, and between the dotted lines what the limited drive can do. b) The gap over the bit speed, with the
@@ -173,7 +173,7 @@ def draw_loop_set(
         gap.plot(speeds, edge, color=_SOLUTION, linewidth=1.2)
     gap.set(xlabel="Bit speed [rad/s]", xlim=bit_speeds)
     if result is not None:
-        gap.plot(result["plant.bit_speed"], arriving_wave(result), ",", color=_VISITED, alpha=0.5)
+        gap.plot(result["plant.bit_speed"], incident_wave(result), ",", color=_VISITED, alpha=0.5)
     _finish(figure, (plane, gap), path)
 
 

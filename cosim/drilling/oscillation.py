@@ -4,15 +4,17 @@ They come from what the plant accumulates between communication points, so their
 stops and releases are known to the instant, extremes are those within steps, and the mean speed is an angle over a
 time.
 
-Stops of the bit, and the period with which they repeat.
-
-Which part of a run to measure.
+Each measure is one entry of `MEASURES`, a function with its name, unit and text. Manifest, table and streaming take
+them from there. All look at the same `BitMotion`, over a window at the end of the run that its stops suggest.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +28,130 @@ NEEDED = (
     "bit_speed", "bit_angle", "bit_speed_min", "bit_speed_max", "stuck_time", "last_stop_time", "last_release_time",
     "slip_count", "bit_stuck",
 )  # fmt: skip
-"""Outputs of a plant from which it is measured."""
+"""Outputs of a plant without which nothing is measured."""
+
+
+@dataclass(frozen=True)
+class BitMotion:
+    """Motion of a bit, and the window over which it is measured.
+
+    Attributes
+    ----------
+    time : ndarray, shape (rows,)
+        Communication points, s.
+    outputs : mapping of str to ndarray, shape (rows,)
+        Of the plant, by name: those of `NEEDED`, and those that measures ask for besides.
+    window : MeasuringWindow
+        Times and rows between which to measure.
+    """
+
+    time: FloatArray
+    outputs: Mapping[str, FloatArray]
+    window: MeasuringWindow
+
+    @cached_property
+    def steps(self) -> slice:
+        """Give the rows at the ends of the steps whose extremes count."""
+        return slice(self.window.first_step, self.window.last + 1)
+
+    @property
+    def first_speed(self) -> float:
+        """Give the bit speed at the first row [rad/s]."""
+        return float(self.outputs["bit_speed"][self.window.first])
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One measure.
+
+    Parameters
+    ----------
+    name : str
+        Key in manifests, and attribute of `Measures`.
+    unit : str
+        Empty for what has none.
+    text : str
+        What it is; heads its column in a table.
+    function : callable
+        Takes a `BitMotion`; returns a number, or None if there is none.
+    decimals : int, optional
+        In a table; by default it has no column there.
+    outputs : tuple of str
+        Outputs of the plant that it takes besides `NEEDED`; without them there is no number.
+    """
+
+    name: str
+    unit: str
+    text: str
+    function: Callable[[BitMotion], float | int | None]
+    decimals: int | None = None
+    outputs: tuple[str, ...] = ()
+
+    @property
+    def heading(self) -> str:
+        """Write the head of its column, with the unit."""
+        return f"{self.text} [{self.unit}]" if self.unit else self.text
+
+    def of(self, motion: BitMotion) -> float | int | None:
+        """Return the number."""
+        return self.function(motion) if all(name in motion.outputs for name in self.outputs) else None
+
+    def cell(self, value: float | int | None) -> str:
+        """Write the number into its column; a dash for none."""
+        return "-" if value is None else f"{value:.{self.decimals}f}"
+
+
+def _peak(motion: BitMotion) -> float:
+    """Return the greatest bit speed [rad/s]."""
+    return max(motion.first_speed, float(motion.outputs["bit_speed_max"][motion.steps].max()))
+
+
+def _minimum(motion: BitMotion) -> float:
+    """Return the least bit speed [rad/s]."""
+    return min(motion.first_speed, float(motion.outputs["bit_speed_min"][motion.steps].min()))
+
+
+def _stuck_fraction(motion: BitMotion) -> float:
+    """Return the part of the window in which the bit is held, 0 to 1."""
+    window = motion.window
+    stuck = _stuck_until(motion.time, motion.outputs, window.last, window.end)
+    stuck -= _stuck_until(motion.time, motion.outputs, window.first, window.start)
+    return min(1.0, max(0.0, stuck / (window.end - window.start)))
+
+
+def _mean_speed(motion: BitMotion) -> float:
+    """Divide angle by time [rad/s]; while the bit is held its angle is what it was at the stop."""
+    window, angle = motion.window, motion.outputs["bit_angle"]
+    duration = window.end - window.start if window.held else motion.time[window.last] - motion.time[window.first]
+    return float((angle[window.last] - angle[window.first]) / duration)
+
+
+def _ssi(motion: BitMotion) -> float:
+    """Return (peak - minimum) / (2 mean), infinite if the mean is below 1e-9 rad/s."""
+    mean = _mean_speed(motion)
+    return (_peak(motion) - _minimum(motion)) / (2.0 * mean) if mean >= _NO_SPEED else math.inf
+
+
+MEASURES: dict[str, Measure] = {
+    each.name: each
+    for each in (
+        Measure("period", "s", "period", lambda motion: motion.window.period, 7),
+        Measure("stops_per_period", "", "stops per period", lambda motion: motion.window.stops_per_period),
+        Measure("peak", "rad/s", "peak", _peak, 4),
+        Measure("minimum", "rad/s", "minimum", _minimum),
+        Measure("stuck_fraction", "", "stuck fraction", _stuck_fraction, 6),
+        Measure("mean_speed", "rad/s", "mean speed", _mean_speed, 6),
+        Measure("ssi", "", "SSI", _ssi, 4),
+    )
+}
+"""All measures, in the order in which they are told."""
 
 
 @dataclass(frozen=True)
 class Measures:
-    """What an oscillation amounts to over a window at the end of a run.
+    """Numbers that an oscillation amounts to over a window at the end of a run.
+
+    Each of `MEASURES` is an attribute: ``found.peak``.
 
     Attributes
     ----------
@@ -41,31 +161,37 @@ class Measures:
         What the window is, in words.
     start, end : float
         Of the window, s.
-    period : float or None
-        s; None without a cycle that repeats.
-    stops_per_period : int or None
-        More than one if the cycle holds extra slips.
-    peak, minimum : float
-        Greatest and least bit speed, rad/s.
-    stuck_fraction : float
-        Part of the window in which the bit is held, 0 to 1.
-    mean_speed : float
-        Mean bit speed, rad/s.
-    ssi : float
-        Stick-slip index (peak - minimum) / (2 mean), infinite if the mean is below 1e-9 rad/s.
+    values : mapping of str to number or None
+        By name of measure: `period` [s], None without a cycle that repeats; `stops_per_period`, more than one if the
+        cycle holds extra slips; `peak` and `minimum`, greatest and least bit speed [rad/s]; `stuck_fraction`, the part
+        of the window in which the bit is held, 0 to 1; `mean_speed` [rad/s]; `ssi`, the stick-slip index
+        (peak - minimum) / (2 mean), infinite if the mean is below 1e-9 rad/s.
     """
 
     component: str
     window: str
     start: float
     end: float
-    period: float | None
-    stops_per_period: int | None
-    peak: float
-    minimum: float
-    stuck_fraction: float
-    mean_speed: float
-    ssi: float
+    values: Mapping[str, float | int | None]
+
+    def __getattr__(self, name: str) -> Any:
+        values: Mapping[str, float | int | None] = self.__dict__.get("values", {})
+        if name not in values:
+            raise AttributeError(f"there is no measure '{name}'")
+        return values[name]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the entry of a manifest."""
+        return {
+            "component": self.component, "window": self.window, "start": self.start, "end": self.end, **self.values,
+        }  # fmt: skip
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> Measures:
+        """Read the entry of a manifest, in which infinite numbers are strings."""
+        window = {name: content[name] for name in ("component", "window", "start", "end")}
+        values = {name: value for name, value in content.items() if name not in window}
+        return cls(**window, values={n: float(v) if isinstance(v, str) else v for n, v in values.items()})
 
 
 def measure(result: Result, component: str = "plant") -> Measures | None:
@@ -85,41 +211,34 @@ def measure(result: Result, component: str = "plant") -> Measures | None:
     Measures or None
         None if the component lacks the outputs this is taken from.
     """
-    if any(f"{component}.{name}" not in result for name in NEEDED):
+    recorded = [name for name in needed() if f"{component}.{name}" in result]
+    if not set(NEEDED) <= set(recorded):
         return None
-    bit = {name: np.asarray(result[f"{component}.{name}"], dtype=np.float64) for name in NEEDED}
+    bit = {name: np.asarray(result[f"{component}.{name}"], dtype=np.float64) for name in recorded}
     events = (bit[name] for name in ("last_stop_time", "last_release_time", "slip_count", "bit_stuck"))
-    stops = find_stops(result.time, *events)
-    window = choose_window(result.time, stops)
-    steps = slice(window.first_step, window.last + 1)
-    peak = max(float(bit["bit_speed"][window.first]), float(bit["bit_speed_max"][steps].max()))
-    minimum = min(float(bit["bit_speed"][window.first]), float(bit["bit_speed_min"][steps].min()))
-    mean = _mean_speed(result.time, bit["bit_angle"], window)
-    stuck = _stuck_until(result.time, bit, window.last, window.end)
-    stuck -= _stuck_until(result.time, bit, window.first, window.start)
-    return Measures(
-        component=component,
-        window=window.text,
-        start=window.start,
-        end=window.end,
-        period=window.period,
-        stops_per_period=window.stops_per_period,
-        peak=peak,
-        minimum=minimum,
-        stuck_fraction=min(1.0, max(0.0, stuck / (window.end - window.start))),
-        mean_speed=mean,
-        ssi=(peak - minimum) / (2.0 * mean) if mean >= _NO_SPEED else math.inf,
-    )
+    window = choose_window(result.time, find_stops(result.time, *events))
+    motion = BitMotion(result.time, bit, window)
+    values = {name: each.of(motion) for name, each in MEASURES.items()}
+    return Measures(component, window.text, window.start, window.end, values)
 
 
-def _mean_speed(time: FloatArray, bit_angle: FloatArray, window: MeasuringWindow) -> float:
-    """Divide angle by time; while the bit is held its angle is what it was at the stop."""
-    angle = bit_angle[window.last] - bit_angle[window.first]
-    duration = window.end - window.start if window.held else time[window.last] - time[window.first]
-    return float(angle / duration)
+def needed() -> tuple[str, ...]:
+    """Return the outputs of a plant that measures are taken from."""
+    return tuple(dict.fromkeys([*NEEDED, *(name for each in MEASURES.values() for name in each.outputs)]))
 
 
-def _stuck_until(time: FloatArray, bit: dict[str, FloatArray], row: int, until: float) -> float:
+def headings() -> tuple[str, ...]:
+    """Return the heads of the columns of a table of measures."""
+    return tuple(each.heading for each in MEASURES.values() if each.decimals is not None)
+
+
+def cells(found: Measures | None) -> tuple[str, ...]:
+    """Return a row of that table; dashes where nothing was measured."""
+    values: Mapping[str, float | int | None] = found.values if found else {}
+    return tuple(each.cell(values.get(name)) for name, each in MEASURES.items() if each.decimals is not None)
+
+
+def _stuck_until(time: FloatArray, bit: Mapping[str, FloatArray], row: int, until: float) -> float:
     """Return the stuck time up to an instant since which the bit has stopped no more before the row's time."""
     release = bit["last_release_time"][row]
     held_until = release if release > until else time[row]

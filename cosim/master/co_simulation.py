@@ -20,8 +20,7 @@ from cosim.master.communication_points import Grid, communication_points
 from cosim.master.observation import Observation
 from cosim.master.run import Progress, Run, Snapshot
 from cosim.master.slave import Slave
-from cosim.recording.result import Result
-from cosim.recording.rows import RowMemory, Rows
+from cosim.recording.result import Result, RowMemory, Rows
 from cosim.system.compatibility import StartValues, check_system
 from cosim.system.dependency import feedthrough_loops
 from cosim.system.method import Method

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from cosim.errors import SystemDefinitionError, format_time, suggestion
 from cosim.recording.record import BASE_TYPES, BaseType, Block, Window
-from cosim.recording.rows import Column, Rows
+from cosim.recording.result import Column, Rows
 from cosim.system.description import Description
 from cosim.system.power_bonds import Bond, find_bonds
 from cosim.system.signals import FloatArray

@@ -1,19 +1,21 @@
-"""What a run leaves: every input and output of every component over time.
+"""Trajectories: rows as a run gives them, the memory that keeps them, and the result that a run leaves.
 
-Trajectories as CSV text: numbers with as many digits as read back to the same bits, Booleans as 0 and 1.
+As CSV text, numbers have as many digits as read back to the same bits, and Booleans are 0 and 1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import InputError, suggestion
+from cosim.errors import InputError, RunError, suggestion
 from cosim.system.signals import FloatArray
 
 
@@ -43,7 +45,7 @@ class Result:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the columns, component by component."""
+        """Name the columns, component by component."""
         return tuple(self.columns)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -85,3 +87,146 @@ def lines(times: NDArray[Any], *columns: NDArray[Any]) -> Iterator[str]:
         for column in (times, *columns)
     )
     return (",".join(row) + "\n" for row in zip(*(map(repr, column) for column in numbers), strict=True))
+
+
+@dataclass(frozen=True)
+class Column:
+    """One value of each row: its name, unit and type.
+
+    Attributes
+    ----------
+    name : str
+        As ``component.variable``.
+    unit : str
+        Empty where there is none.
+    dtype : dtype
+        float64, int32 or bool.
+    description : str
+        For people; may be empty.
+    """
+
+    name: str
+    unit: str
+    dtype: np.dtype[Any]
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Successive rows; they are valid until the run goes on.
+
+    Attributes
+    ----------
+    first : int
+        Number of the first row within the run; the values after initialisation are row 0.
+    times : ndarray, shape (rows,)
+        Communication points, s.
+    columns : mapping of str to ndarray, shape (rows,)
+        By name of column.
+    """
+
+    first: int
+    times: FloatArray
+    columns: Mapping[str, NDArray[Any]]
+
+
+class RowMemory:
+    """Takes rows and keeps them.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+        What they consist of.
+    expected : int
+        How many are expected; more than that are taken as well.
+
+    Raises
+    ------
+    RunError
+        If there is not enough memory for so many.
+    """
+
+    def __init__(self, columns: Sequence[Column], expected: int) -> None:
+        self._columns = tuple(columns)
+        try:
+            self._times = np.empty(expected)
+            self._values = {column.name: np.empty(expected, column.dtype) for column in columns}
+        except (MemoryError, ValueError) as error:
+            raise RunError(
+                f"not enough memory to record {expected} communication points: {error}; a streamed run keeps few"
+            ) from error
+        self._filled = 0
+
+    def take(self, rows: Rows) -> None:
+        """Keep some more rows."""
+        end = self._filled + rows.times.size
+        if end > self._times.size:
+            self._grow(max(end, 2 * self._times.size))
+        self._times[self._filled : end] = rows.times
+        for name, values in self._values.items():
+            values[self._filled : end] = rows.columns[name]
+        self._filled = end
+
+    def result(self, record: Mapping[str, Any]) -> Result:
+        """Return what has been taken, which can be read but not changed, with what is to be told of the run."""
+        times = self._times[: self._filled]
+        values = {name: column[: self._filled] for name, column in self._values.items()}
+        for array in (times, *values.values()):
+            array.flags.writeable = False
+        units = {column.name: column.unit for column in self._columns}
+        return Result(times, MappingProxyType(values), MappingProxyType(units), MappingProxyType(dict(record)))
+
+    def _grow(self, rows: int) -> None:
+        """Make room for more rows."""
+        self._times = np.resize(self._times, rows)
+        self._values = {name: np.resize(values, rows) for name, values in self._values.items()}
+
+
+SECONDS = 60.0
+"""How much is kept at least, s; measures look at the last 20 s, or at a period if that is longer."""
+_TIMES = "time"
+
+
+class Tail:
+    """Takes rows, and forgets those that are older than a minute.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+        What to keep of them.
+    """
+
+    def __init__(self, columns: Sequence[Column]) -> None:
+        self._columns = tuple(columns)
+        self._parts: deque[Rows] = deque()
+
+    def take(self, rows: Rows) -> None:
+        """Keep some more rows."""
+        kept = {column.name: rows.columns[column.name].copy() for column in self._columns}
+        self._parts.append(Rows(rows.first, rows.times.copy(), kept))
+        oldest = rows.times[-1] - SECONDS
+        while len(self._parts) > 1 and self._parts[1].times[0] <= oldest:
+            self._parts.popleft()
+
+    def result(self, record: Mapping[str, Any]) -> Result:
+        """Return what is kept, with what is to be told of the run."""
+        memory = RowMemory(self._columns, sum(part.times.size for part in self._parts))
+        for part in self._parts:
+            memory.take(part)
+        return memory.result(record)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return what is kept by name, for a checkpoint."""
+        whole = self.result({})
+        return {_kept_name(_TIMES): whole.time, **{_kept_name(name): values for name, values in whole.columns.items()}}
+
+    def restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Keep what another kept."""
+        times = np.asarray(arrays[_kept_name(_TIMES)], dtype=np.float64)
+        values = {column.name: arrays[_kept_name(column.name)] for column in self._columns}
+        self._parts = deque([Rows(0, times, values)])
+
+
+def _kept_name(column: str) -> str:
+    """Return the name of a column in a checkpoint."""
+    return f"tail {column}"

@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import platform
 import time
 from collections.abc import Collection, Generator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass, replace
-from importlib import metadata
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
 from cosim.master.co_simulation import Master
 from cosim.master.slave import Slave
-from cosim.run.options import Choices
+from cosim.run.options import RunOptions
+from cosim.run.report import CouplingReport, RunReport, versions
 from cosim.scenario.scenario import Scenario
 from cosim.system.description import Description, Variable
-from cosim.system.method import Method
 from cosim.system.signals import Value
 from cosim.system.structure import System
 
@@ -53,13 +49,14 @@ class Assembly:
     provenance: Mapping[str, Any]
     loading: float
 
-    def record(self, told: Mapping[str, Any]) -> dict[str, Any]:
+    def report(self, account: Mapping[str, Any]) -> RunReport:
         """Return how a run was made, by what the master tells of it."""
-        return {**self.provenance, **told, "timings": {"load": self.loading, **told["timings"]}}
+        told: dict[str, Any] = {**account, "timings": {"load": self.loading, **account["timings"]}}
+        return RunReport(**self.provenance, coupling=CouplingReport(**told))
 
 
 @contextmanager
-def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
+def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
     """Load the components of a scenario, and free them afterwards, whatever happens.
 
     Raises
@@ -71,58 +68,39 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
     """
     from cosim.fmi2.model_description import read_description  # with fmpy, which importing this module does without
 
-    variant = scenario.variant(choices.variant)
-    method = chosen_method(scenario, choices)
-    system = scenario.system_of(variant, choices.overrides)
-    paths = {part.name: locate_fmu(part.fmu, choices.packaging, scenario.folder) for part in system.components}
+    variant = scenario.variant(options.variant)
+    method = options.method(scenario)
+    system = scenario.system_of(variant, options.overrides)
+    paths = {part.name: locate_fmu(part.fmu, options.packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
     _tell_flaws(paths, descriptions)
-    isolated = _apart(paths, _isolated(system, choices.isolate))
+    isolated = _apart(paths, _isolated(system, options.isolate))
     _refuse_twins(paths, {name: known for name, known in descriptions.items() if name not in isolated})
     began = time.perf_counter()
     with ExitStack() as stack:
         slaves: dict[str, Slave] = {}
         for name, path in paths.items():
-            limits = (choices.limits or Limits()) if name in isolated else None
+            limits = (options.limits or Limits()) if name in isolated else None
             slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
         loading = time.perf_counter() - began
         master = Master(
             system,
             slaves,
-            stop_time=scenario.stop_time if choices.stop_time is None else choices.stop_time,
-            step_size=scenario.step_size if choices.step_size is None else choices.step_size,
+            stop_time=scenario.stop_time if options.stop_time is None else options.stop_time,
+            step_size=scenario.step_size if options.step_size is None else options.step_size,
             start_time=scenario.start_time,
             method=method,
         )
         provenance = {
             "scenario": scenario.name,
             "variant": variant.name if variant else None,
-            "packaging": choices.packaging,
+            "packaging": options.packaging,
             "components": _components(system, paths, descriptions),
             "isolated": sorted(isolated),
             "inputs": {name: signal.record() for name, signal in system.inputs.items()},
             "versions": versions(),
         }
         yield Assembly(master, descriptions, provenance, loading)
-
-
-def chosen_method(scenario: Scenario, choices: Choices) -> Method:
-    """Return the scenario's method with the settings that were chosen instead; raises InputError if they are wrong."""
-    settings = {"algorithm": choices.algorithm, "tolerance": choices.tolerance, "on_failure": choices.on_failure}
-    return replace(scenario.method, **{name: value for name, value in settings.items() if value is not None})
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of what computes, and the platform."""
-    import fmpy  # pyright: ignore[reportMissingTypeStubs]
-
-    return {
-        "drillstring-cosim": metadata.version("drillstring-cosim"),
-        "fmpy": fmpy.__version__,
-        "numpy": np.__version__,
-        "python": platform.python_version(),
-        "platform": fmpy.platform_tuple,
-    }
 
 
 def _opened(name: str, path: Path, description: Description, limits: Limits | None) -> AbstractContextManager[Slave]:

@@ -1,118 +1,278 @@
-"""One run from scenario to folder: every variant simulated, measured, written and drawn."""
+"""One job from scenario to folder: every variant simulated, measured, written and drawn.
+
+All jobs go one way; where rows go is up to a sink. `_MemorySink` keeps them, and the folder appears when all is done.
+`_DiskSink` streams them, so the folder is there from the beginning, and its manifest tells what is being run and which
+variants are complete. An unfinished job is resumed from the folder alone.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import shutil
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol
 
-from cosim.drilling.energy import EnergyBalance, energy_balance
-from cosim.drilling.figure import draw
-from cosim.drilling.oscillation import Measures, measure
+from cosim.drilling import reporting
+from cosim.errors import CheckpointError, InputError, OutputError, RunInterruptedError
+from cosim.master.run import Progress
 from cosim.recording.result import Result
-from cosim.run.assembly import versions
-from cosim.run.options import Choices
-from cosim.run.run_folder import FIGURE, commit, run_folder, write_manifest, write_variant
+from cosim.run.options import RunOptions, Streaming
+from cosim.run.report import MANIFEST, Manifest, RunReport, VariantReport
+from cosim.run.run_folder import refuse_occupied, run_folder
 from cosim.run.simulation import run
+from cosim.run.store import csv_file
+from cosim.run.stream import CHECKPOINT, run_streamed
+from cosim.run.zarr_store import TRAJECTORY
+from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
 
-Found = TypeVar("Found")
-Progress = Callable[[str, float], None]
+FIGURE = "figure.png"
+JobProgress = Callable[[str, float], None]
 """Told now and then which part, from 0 to 1, of which variant is done."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """What to run and how; the variants, by default all, are chosen here."""
+    """A scenario to be run, with options, into a folder.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is run.
+    options : RunOptions
+        How; the variants are chosen here.
+    variants : sequence of str
+        By default all.
+    streaming : Streaming, optional
+        How to write rows to disk as they come; by default they are kept in memory.
+    source : str
+        Where the scenario is from, as `cosim.scenario.file.opened_scenario` takes it; needed to resume.
+    """
 
     scenario: Scenario
-    choices: Choices = field(default_factory=Choices)
+    options: RunOptions = field(default_factory=RunOptions)
     variants: Sequence[str] = ()
+    streaming: Streaming | None = None
+    source: str = ""
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names of what will be run: the chosen variants, or the scenario itself if it has none."""
+        """Name what will be run: the chosen variants, or the scenario itself if it has none."""
         names = [variant.name for variant in self.scenario.variants]
         return tuple(self.variants) or tuple(names) or (self.scenario.name,)
 
+    def options_of(self, label: str) -> RunOptions:
+        """Return the options for one of the labels."""
+        return replace(self.options, variant=label if self.scenario.variants else None)
 
-@dataclass(frozen=True)
-class Outcome:
-    """What is to be told of one variant's run, its measures, and where its energy went."""
+    def to_json(self) -> dict[str, Any] | None:
+        """Return what a job is resumed from; None if it cannot be."""
+        if self.streaming is None:
+            return None
+        given = Path(self.source)
+        return {
+            "source": str(given.absolute()) if given.suffix else self.source,
+            "choices": self.options.to_json(),
+            "variants": list(self.variants),
+            "streaming": self.streaming.to_json(),
+        }
 
-    record: Mapping[str, Any]
-    measures: Measures | None
-    energy: EnergyBalance | None = None
+
+@contextmanager
+def _opened_job(content: Mapping[str, Any]) -> Generator[Job]:
+    """Read back what `Job.to_json` returned, and load the scenario for as long as it is needed."""
+    options = RunOptions.from_json(content["choices"])
+    with opened_scenario(content["source"], options.stop_time, options.step_size) as scenario:
+        streaming = Streaming.from_json(content["streaming"])
+        yield Job(scenario, options, tuple(content["variants"]), streaming, content["source"])
 
 
-def run_job(job: Job, output: Path, progress: Progress) -> dict[str, Outcome]:
-    """Run all variants and write trajectories, manifest and figure to a folder, which appears when all is done.
+def run_job(job: Job, folder: Path, progress: JobProgress) -> Manifest:
+    """Run all variants and write trajectories, manifest and figures to a folder.
 
     Parameters
     ----------
     job : Job
         What to run.
-    output : Path
-        The folder; an earlier run in it is replaced.
+    folder : Path
+        Appears when all is done, in the place of an earlier run; of a streamed job it is made at once, and must be new
+        or empty.
     progress : callable
         Called now and then.
 
     Returns
     -------
-    dict of str to Outcome
-        By variant.
+    Manifest
+        What was written.
 
     Raises
     ------
     OutputError
-        If the folder cannot be written; before anything is simulated.
+        If the folder cannot be written, or holds what must stay; before anything is simulated.
     InputError, RunError
-        As `cosim.simulate` does; nothing is written then.
+        As `cosim.simulate` does; nothing is written then, but for what was streamed before an error of a run.
+    RunInterruptedError
+        As `cosim.stream` does.
     """
-    scenario = job.scenario
     for name in job.variants:
-        scenario.variant(name)
-    outcomes: dict[str, Outcome] = {}
+        job.scenario.variant(name)
+    sink, manifest = _sink(job, folder), Manifest.begun(job.scenario, job.to_json())
+    with sink.opened(manifest) as place:
+        return _complete(job, sink, place, manifest, progress)
+
+
+def resume_job(folder: Path, started: Callable[[Job], None], progress: JobProgress) -> Manifest:
+    """Go on with an unfinished job.
+
+    Parameters
+    ----------
+    folder : Path
+        Of a streamed job that `run_job` has begun.
+    started : callable
+        Told what is run before it goes on.
+    progress : callable
+        Called now and then.
+
+    Raises
+    ------
+    CheckpointError
+        If the folder holds no unfinished run.
+    InputError, RunError, RunInterruptedError
+        As `cosim.stream` does.
+    """
+    manifest = Manifest.read(folder)
+    if manifest is None or manifest.job is None:
+        raise CheckpointError(f"{folder} holds no unfinished run")
+    with _opened_job(manifest.job) as job:
+        started(job)
+        return _complete(job, _sink(job, folder), folder, manifest, progress)
+
+
+def _complete(job: Job, sink: _Sink, folder: Path, manifest: Manifest, progress: JobProgress) -> Manifest:
+    """Run the variants that are not complete, and write the manifest after each and at the end."""
+    title, signals = job.scenario.title or job.scenario.name, job.scenario.signals
+    complete = {variant.label for variant in manifest.variants}
     results: dict[str, Result] = {}
-    entries: list[dict[str, Any]] = []
-    with run_folder(output) as folder:
-        for label in job.labels:
-            results[label] = result = _simulate(job, label, progress)
-            outcomes[label] = outcome = assess(result)
-            subfolder = label if len(job.labels) > 1 else ""
-            entries.append(write_variant(folder, subfolder, result, outcome.measures, outcome.energy))
-        title = scenario.title or scenario.name
-        draw(folder / FIGURE, title, results, scenario.signals)
-        created = datetime.now(UTC).isoformat(timespec="seconds")
-        head = {"scenario": scenario.name, "title": scenario.title, "created": created}
-        made_by = {"versions": versions(), "commit": commit()}
-        write_manifest(folder, {**head, **made_by, "figure": FIGURE, "variants": entries})
-    return outcomes
+    for label in job.labels:
+        if label in complete:
+            continue
+        subfolder = Path(label if len(job.labels) > 1 else "")
+        result = sink.run(job.scenario, job.options_of(label), folder / subfolder, partial(progress, label))
+        trajectory, figure = (subfolder / sink.trajectory).as_posix(), None
+        if sink.keeps_results:
+            results[label] = result
+        else:
+            figure = (subfolder / FIGURE).as_posix()
+            reporting.draw(folder / figure, title, {label: result}, signals)
+        made = RunReport.from_record(result.record)
+        manifest = manifest.with_variant(
+            VariantReport(made, trajectory, dict(result.units), reporting.find(result), figure)
+        )
+        manifest.write(folder)
+    manifest = replace(manifest, job=None)
+    if results:
+        reporting.draw(folder / FIGURE, title, results, signals)
+        manifest = replace(manifest, figure=FIGURE)
+    manifest.write(folder)
+    return manifest
 
 
-def _simulate(job: Job, label: str, progress: Progress) -> Result:
-    """Run one variant."""
-    choices = replace(job.choices, variant=label if job.scenario.variants else None)
-    return run(job.scenario, choices, lambda part: progress(label, part))
+class _Sink(Protocol):
+    """A place for the rows of a job."""
+
+    @property
+    def trajectory(self) -> str:
+        """Name the file or folder of a variant's rows."""
+        ...
+
+    @property
+    def keeps_results(self) -> bool:
+        """Tell whether the results of all variants are at hand in the end, for a figure of them all."""
+        ...
+
+    def opened(self, manifest: Manifest) -> AbstractContextManager[Path]:
+        """Make the folder for a new job, and give the path to write to."""
+        ...
+
+    def run(self, scenario: Scenario, options: RunOptions, place: Path, progress: Progress) -> Result:
+        """Run a variant, with its rows in a place; return what is to be measured and drawn."""
+        ...
 
 
-def assess(result: Result) -> Outcome:
-    """Measure the first component that has a bit, and balance the energy of the first that tells it."""
-    return Outcome(result.record, _of_plant(result, measure), _of_plant(result, energy_balance))
+def _sink(job: Job, folder: Path) -> _Sink:
+    """Return the sink that a job asks for."""
+    return _MemorySink(folder) if job.streaming is None else _DiskSink(folder, job.streaming)
 
 
-def measures_from_json(content: Mapping[str, Any] | None) -> Measures | None:
-    """Read measures back from a manifest."""
-    if content is None:
-        return None
-    values: dict[str, Any] = {**content, "ssi": float(content["ssi"])}
-    return Measures(**values)
+@dataclass(frozen=True)
+class _MemorySink:
+    """A sink that keeps rows, and writes them when a variant is complete."""
+
+    folder: Path
+    trajectory: str = csv_file(Path(), 1).name
+    keeps_results: bool = True
+
+    def opened(self, manifest: Manifest) -> AbstractContextManager[Path]:
+        """Give a draft that takes the folder's name if all goes well."""
+        del manifest
+        return run_folder(self.folder)
+
+    def run(self, scenario: Scenario, options: RunOptions, place: Path, progress: Progress) -> Result:
+        """Run a variant and write its rows."""
+        result = run(scenario, options, progress)
+        place.mkdir(exist_ok=True)
+        result.to_csv(place / self.trajectory)
+        return result
 
 
-def _of_plant(result: Result, look: Callable[[Result, str], Found | None]) -> Found | None:
-    """Return what is found of the first component that has it."""
-    components = dict.fromkeys(name.partition(".")[0] for name in result.names)
-    found = (look(result, component) for component in components)
-    return next((one for one in found if one is not None), None)
+@dataclass(frozen=True)
+class _DiskSink:
+    """A sink that writes rows as they come; a run that was begun in the folder goes on."""
+
+    folder: Path
+    streaming: Streaming
+    keeps_results: bool = False
+
+    @property
+    def trajectory(self) -> str:
+        """Name the file or folder of a variant's rows."""
+        return csv_file(Path(), 1).name if self.streaming.csv else TRAJECTORY
+
+    @contextmanager
+    def opened(self, manifest: Manifest) -> Generator[Path]:
+        """Make the folder, with a manifest to resume from; a run that is refused before any row leaves nothing."""
+        refuse_occupied(self.folder)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            manifest.write(self.folder)
+        except OSError as error:
+            raise OutputError(f"output folder {self.folder} cannot be written: {error.strerror or error}") from error
+        try:
+            yield self.folder
+        except InputError:
+            if [path.name for path in self.folder.iterdir()] == [MANIFEST]:
+                (self.folder / MANIFEST).unlink()
+                self.folder.rmdir()
+            raise
+
+    def run(self, scenario: Scenario, options: RunOptions, place: Path, progress: Progress) -> Result:
+        """Run a variant, or go on with it; an interrupt tells the folder to resume."""
+        resume = (place / CHECKPOINT).exists()
+        if not resume:
+            _clear(place)
+        try:
+            return run_streamed(scenario, options, self.streaming, place, resume=resume, progress=progress)
+        except RunInterruptedError as error:
+            raise RunInterruptedError(self.folder, error.time, can_resume=error.can_resume) from None
+        except KeyboardInterrupt:
+            raise RunInterruptedError(self.folder, None, can_resume=True) from None
+
+
+def _clear(place: Path) -> None:
+    """Remove what a run has left that ended before its first checkpoint."""
+    shutil.rmtree(place / TRAJECTORY, ignore_errors=True)
+    for path in place.glob("trajectory*.csv"):
+        path.unlink()

@@ -1,17 +1,38 @@
-"""What may be chosen for a run of a scenario."""
+"""Options of a run: one object from the command line, or a call, to the master."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, TypedDict
 
 from cosim.fmi2.isolation import Limits
+from cosim.scenario.scenario import Scenario
+from cosim.system.method import Method
 from cosim.system.signals import Value
+
+INTERVAL = 30.0
+"""Seconds between checkpoints."""
+
+
+class OptionKeywords(TypedDict, total=False):
+    """Keywords of `cosim.simulate` and `cosim.stream`: the fields of `RunOptions`."""
+
+    packaging: str
+    algorithm: str | None
+    tolerance: float | None
+    on_failure: str | None
+    step_size: float | None
+    stop_time: float | None
+    overrides: Mapping[str, Value] | None
+    variant: str | None
+    isolate: bool | Collection[str]
+    limits: Limits | None
 
 
 @dataclass(frozen=True)
-class Choices:
-    """Choices for a run; None leaves the scenario's own.
+class RunOptions:
+    """Options of a run; None leaves the scenario's own.
 
     Parameters
     ----------
@@ -46,3 +67,52 @@ class Choices:
     variant: str | None = None
     isolate: bool | Collection[str] = False
     limits: Limits | None = None
+
+    def method(self, scenario: Scenario) -> Method:
+        """Return the scenario's method with the settings given here; raises InputError if they make no sense."""
+        settings = {"algorithm": self.algorithm, "tolerance": self.tolerance, "on_failure": self.on_failure}
+        return replace(scenario.method, **{name: value for name, value in settings.items() if value is not None})
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the options as JSON can hold them."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> RunOptions:
+        """Read back what `to_json` returned."""
+        limits: Mapping[str, float] | None = content["limits"]
+        given: dict[str, Any] = {**content, "limits": Limits(**limits) if limits else None}
+        return cls(**given)
+
+
+def chosen(options: RunOptions | None, keywords: OptionKeywords) -> RunOptions:
+    """Return options with keywords on top of them."""
+    return replace(options or RunOptions(), **keywords)
+
+
+@dataclass(frozen=True)
+class Streaming:
+    """Options of writing rows to disk as they come.
+
+    Parameters
+    ----------
+    strides : mapping of str to int
+        By name or pattern of columns: 1 stores all rows, 10 every tenth, 0 none; see `cosim.run.store.decimate`.
+    csv : bool
+        Write CSV instead of Zarr.
+    checkpoint_interval : float
+        Seconds between checkpoints.
+    """
+
+    strides: Mapping[str, int] = field(default_factory=dict[str, int])
+    csv: bool = False
+    checkpoint_interval: float = INTERVAL
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON can hold it."""
+        return {"every": dict(self.strides), "csv": self.csv, "checkpoint_interval": self.checkpoint_interval}
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> Streaming:
+        """Read back what `to_json` returned."""
+        return cls(content["every"], content["csv"], content["checkpoint_interval"])

@@ -2,32 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import Unpack
 
-from cosim.fmi2.isolation import Limits
 from cosim.master.co_simulation import collect_rows
 from cosim.master.run import Progress
 from cosim.recording.result import Result
 from cosim.run.assembly import assembled
-from cosim.run.options import Choices
+from cosim.run.options import OptionKeywords, RunOptions, chosen
 from cosim.scenario.scenario import Scenario
-from cosim.system.signals import Value
 
 
 def simulate(
     scenario: Scenario,
     *,
-    packaging: str = "native",
-    algorithm: str | None = None,
-    tolerance: float | None = None,
-    on_failure: str | None = None,
-    step_size: float | None = None,
-    stop_time: float | None = None,
-    overrides: Mapping[str, Value] | None = None,
-    variant: str | None = None,
+    options: RunOptions | None = None,
     progress: Progress | None = None,
-    isolate: bool | Collection[str] = False,
-    limits: Limits | None = None,
+    **keywords: Unpack[OptionKeywords],
 ) -> Result:
     """Run one variant of a scenario.
 
@@ -35,6 +26,10 @@ def simulate(
     ----------
     scenario : Scenario
         From `cosim.load_scenario`, or made in Python.
+    options : RunOptions, optional
+        How to run it.
+    progress : callable, optional
+        Called now and then with the part of the run that is done, from 0 to 1.
     packaging : str
         ``"native"`` or ``"python"``: which build of the FMUs that are given by name.
     algorithm : str, optional
@@ -49,8 +44,6 @@ def simulate(
         Parameters and input values by ``component.variable``, on top of the variant's.
     variant : str, optional
         Name of the variant; by default the first.
-    progress : callable, optional
-        Called now and then with the part of the run that is done, from 0 to 1.
     isolate : bool or collection of str
         Run all components, or those of these names, in processes of their own, as well as those that the scenario
         isolates. A crash there is a `LostSlaveError` here.
@@ -69,14 +62,11 @@ def simulate(
     RunError
         If a component fails on the way.
     """
-    choices = Choices(
-        packaging, algorithm, tolerance, on_failure, step_size, stop_time, overrides, variant, isolate, limits
-    )
-    return run(scenario, choices, progress)
+    return run(scenario, chosen(options, keywords), progress)
 
 
-def run(scenario: Scenario, choices: Choices, progress: Progress | None = None) -> Result:
-    """Run one variant of a scenario; as `simulate`, with the choices in one."""
-    with assembled(scenario, choices) as assembly:
+def run(scenario: Scenario, options: RunOptions, progress: Progress | None = None) -> Result:
+    """Run one variant of a scenario; as `simulate`, with all options in one."""
+    with assembled(scenario, options) as assembly:
         result = collect_rows(assembly.master, progress)
-        return Result(result.time, result.columns, result.units, assembly.record(result.record))
+        return replace(result, record=assembly.report(result.record).record())

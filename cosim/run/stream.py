@@ -1,52 +1,40 @@
 """Runs of any length: rows go to disk as they come, and checkpoints let an interrupted run go on.
 
-The end of a run in memory: its last minute of a few columns, from which a long run is measured and drawn.
-
-Streamed trajectories, read back.
+Ctrl-C and a request to terminate are taken between steps. An FMU may run Python of its own, which would swallow a
+KeyboardInterrupt raised within it and report a failed step instead. So the signal is only noted, and the run is left at
+the next report of progress.
 """
 
 from __future__ import annotations
 
 import json
 import logging
+import signal
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from types import FrameType
+from typing import Any, Unpack, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
-from cosim.drilling import energy
-from cosim.drilling import oscillation as metrics
-from cosim.drilling.figure import default_signals
-from cosim.errors import CheckpointError, CosimError, InputError, OutputError, RunInterruptedError, require
+from cosim.drilling import reporting
+from cosim.errors import CheckpointError, CosimError, OutputError, RunInterruptedError
 from cosim.master.run import Progress, Snapshot
-from cosim.recording.result import Result
-from cosim.recording.rows import Column, RowMemory, Rows
+from cosim.recording.result import Result, Rows, Tail
 from cosim.run.assembly import Assembly, assembled
 from cosim.run.checkpoint import read_checkpoint, write_checkpoint
-from cosim.run.interrupt import interruptible
-from cosim.run.options import Choices
-from cosim.run.run_folder import plain
+from cosim.run.options import INTERVAL, OptionKeywords, RunOptions, Streaming, chosen
+from cosim.run.report import plain
 from cosim.run.store import Store, create_csv, csv_file, decimate, reopen_csv
-from cosim.run.zarr_store import create_zarr, reopen_zarr, require_zarr
+from cosim.run.zarr_store import TRAJECTORY, create_zarr, reopen_zarr, require_zarr
 from cosim.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    import xarray
-
 
 log = logging.getLogger("cosim")
 
 CHECKPOINT = "checkpoint.npz"
-TRAJECTORY = "trajectory.zarr"
-INTERVAL = 30.0
-"""Seconds between checkpoints."""
 
 
 def stream(
@@ -58,7 +46,8 @@ def stream(
     checkpoint_interval: float = INTERVAL,
     resume: bool = False,
     progress: Progress | None = None,
-    **choices: Any,
+    options: RunOptions | None = None,
+    **keywords: Unpack[OptionKeywords],
 ) -> Result:
     """Run one variant of a scenario, and write its rows to disk as they come.
 
@@ -79,12 +68,14 @@ def stream(
     checkpoint_interval : float
         Seconds between checkpoints.
     resume : bool
-        Go on with the unfinished run in the folder, with the same scenario and choices; `every` and `csv` are as they
+        Go on with the unfinished run in the folder, with the same scenario and options; `every` and `csv` are as they
         were. The results have the same bits as those of an uninterrupted run.
     progress : callable, optional
         Called now and then with the part of the run that is done, from 0 to 1.
-    **choices
-        Others of `cosim.run.options.Choices`, as of `cosim.simulate`.
+    options : RunOptions, optional
+        How to run it.
+    **keywords
+        Options one by one, as of `cosim.simulate`.
 
     Returns
     -------
@@ -102,41 +93,52 @@ def stream(
     RunInterruptedError
         If the run was interrupted. It is a KeyboardInterrupt.
     """
-    folder = Path(folder)
+    streaming = Streaming(every or {}, csv, checkpoint_interval)
+    return run_streamed(scenario, chosen(options, keywords), streaming, Path(folder), resume=resume, progress=progress)
+
+
+def run_streamed(
+    scenario: Scenario,
+    options: RunOptions,
+    streaming: Streaming,
+    folder: Path,
+    *,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Result:
+    """Run one variant of a scenario to disk; as `stream`, with all options in one."""
     if not resume:
         _refuse_run(folder)
     saved = read_checkpoint(folder / CHECKPOINT) if resume else None
     if saved is not None:
-        every, csv = saved.notes["every"], saved.notes["csv"]
-    if not csv:
+        streaming = replace(streaming, strides=saved.notes["every"], csv=saved.notes["csv"])
+    if not streaming.csv:
         require_zarr()
-    with assembled(scenario, Choices(**choices)) as assembly:
-        streaming = _Streaming(scenario, assembly, folder, every or {}, csv=csv)
+    with assembled(scenario, options) as assembly:
+        run = _StreamedRun(scenario, assembly, folder, streaming)
         _warn_of_stateless(assembly)
-        with _opened(streaming, saved):
-            _advance(streaming, checkpoint_interval, progress)
-            return streaming.complete()
+        with _opened(run, saved):
+            _advance(run, streaming.checkpoint_interval, progress)
+            return run.complete()
 
 
-class _Streaming:
-    """A run, and what is kept of it."""
+class _StreamedRun:
+    """A run whose rows go to a store, and the tail of them that is kept."""
 
-    def __init__(
-        self, scenario: Scenario, assembly: Assembly, folder: Path, every: Mapping[str, int], *, csv: bool
-    ) -> None:
+    def __init__(self, scenario: Scenario, assembly: Assembly, folder: Path, streaming: Streaming) -> None:
         self.master = assembly.master
         self.folder = folder
         self._assembly = assembly
-        self._every, self._csv = dict(every), csv
-        self._chosen = decimate(self.master.columns, every)
+        self._strides, self._csv = dict(streaming.strides), streaming.csv
+        self._chosen = decimate(self.master.columns, streaming.strides)
         self._identity = _identity(assembly)
-        self._tail = Tail(_watched(self.master.columns, scenario.signals))
+        self._tail = Tail(reporting.watched(self.master.columns, scenario.signals))
         self._title = scenario.title or scenario.name
         self._store: Store
 
     @property
     def can_resume(self) -> bool:
-        """Whether all components can give their states."""
+        """Tell whether all components can give their states."""
         return all(known.can_serialize_state for known in self._assembly.descriptions.values())
 
     def begin(self) -> None:
@@ -178,14 +180,14 @@ class _Streaming:
             return
         snapshot = self.master.snapshot()
         notes = {
-            "identity": self._identity, "every": self._every, "csv": self._csv,
+            "identity": self._identity, "every": self._strides, "csv": self._csv,
             "position": dict(position), "snapshot": snapshot.notes,
         }  # fmt: skip
         write_checkpoint(self.folder / CHECKPOINT, Snapshot(notes, {**snapshot.arrays, **self._tail.arrays()}))
 
     def close(self, state: str) -> dict[str, Any]:
         """Bring all rows to disk with what is to be told of the run so far, which is returned."""
-        record = self._assembly.record(self.master.account())
+        record = self._assembly.report(self.master.account()).record()
         self._store.close(plain({"state": state, "reached": self.master.time, **record}))
         return record
 
@@ -198,41 +200,41 @@ class _Streaming:
 
 
 @contextmanager
-def _opened(streaming: _Streaming, saved: Snapshot | None) -> Generator[None]:
+def _opened(run: _StreamedRun, saved: Snapshot | None) -> Generator[None]:
     """Begin or go on; should a component fail, leave what was stored before readable."""
     if saved is None:
-        streaming.begin()
+        run.begin()
     else:
-        streaming.go_on(saved)
+        run.go_on(saved)
     try:
         yield
     except CosimError as error:
-        streaming.close(f"failed: {error}")
+        run.close(f"failed: {error}")
         raise
 
 
-def _advance(streaming: _Streaming, interval: float, progress: Progress | None) -> None:
+def _advance(run: _StreamedRun, interval: float, progress: Progress | None) -> None:
     """Take all steps, with a checkpoint now and then."""
     saved = time.monotonic()
     with _signals() as check:
-        for rows in streaming.master.rows():
-            streaming.take(rows)
+        for rows in run.master.rows():
+            run.take(rows)
             try:
                 check()
                 if progress is not None:
-                    progress(streaming.master.done)
+                    progress(run.master.done)
             except KeyboardInterrupt:
-                _pause(streaming)
+                _pause(run)
             if time.monotonic() - saved >= interval:
-                streaming.save()
+                run.save()
                 saved = time.monotonic()
 
 
-def _pause(streaming: _Streaming) -> None:
+def _pause(run: _StreamedRun) -> None:
     """Leave a run that can be resumed."""
-    streaming.save()
-    streaming.close("interrupted")
-    raise RunInterruptedError(streaming.folder, streaming.master.time, can_resume=streaming.can_resume)
+    run.save()
+    run.close("interrupted")
+    raise RunInterruptedError(run.folder, run.master.time, can_resume=run.can_resume)
 
 
 @contextmanager
@@ -260,13 +262,6 @@ def _warn_of_stateless(assembly: Assembly) -> None:
         log.warning("no checkpoints, as %s cannot give a state, %s", " and ".join(names), what)
 
 
-def _watched(columns: tuple[Column, ...], signals: tuple[str, ...]) -> list[Column]:
-    """Choose what the end of a run is kept of: what measures and figure need."""
-    shown = signals or default_signals({column.name: column.dtype for column in columns})
-    needed = {*metrics.NEEDED, *energy.NEEDED, *energy.LOSSES, energy.FOLDED}
-    return [column for column in columns if column.name in shown or column.name.partition(".")[2] in needed]
-
-
 def _identity(assembly: Assembly) -> dict[str, Any]:
     """Return all that decides what the results are, as it comes back from JSON."""
     provenance = {name: value for name, value in assembly.provenance.items() if name != "versions"}
@@ -289,97 +284,39 @@ def _difference(saved: object, present: object, path: str = "") -> str:
     return "" if saved == present else f"{path} is {present!r} now; expected {saved!r}"
 
 
-SECONDS = 60.0
-"""How much is kept at least, s; measures look at the last 20 s, or at a period if that is longer."""
-_TIMES = "time"
-
-
-class Tail:
-    """Takes rows, and forgets those that are older than a minute.
+@contextmanager
+def interruptible(*, to_the_end: bool = True) -> Generator[Callable[[], None]]:
+    """Note SIGINT and SIGTERM while the block runs; a second one acts at once.
 
     Parameters
     ----------
-    columns : sequence of Column
-        What to keep of them.
-    """
+    to_the_end : bool
+        Raise KeyboardInterrupt at the end of the block as well, for a signal since the last look.
 
-    def __init__(self, columns: Sequence[Column]) -> None:
-        self._columns = tuple(columns)
-        self._parts: deque[Rows] = deque()
-
-    def take(self, rows: Rows) -> None:
-        """Keep some more rows."""
-        kept = {column.name: rows.columns[column.name].copy() for column in self._columns}
-        self._parts.append(Rows(rows.first, rows.times.copy(), kept))
-        oldest = rows.times[-1] - SECONDS
-        while len(self._parts) > 1 and self._parts[1].times[0] <= oldest:
-            self._parts.popleft()
-
-    def result(self, record: Mapping[str, Any]) -> Result:
-        """Return what is kept, with what is to be told of the run."""
-        memory = RowMemory(self._columns, sum(part.times.size for part in self._parts))
-        for part in self._parts:
-            memory.take(part)
-        return memory.result(record)
-
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """Return what is kept by name, for a checkpoint."""
-        whole = self.result({})
-        return {_name(_TIMES): whole.time, **{_name(name): values for name, values in whole.columns.items()}}
-
-    def restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Keep what another kept."""
-        times = np.asarray(arrays[_name(_TIMES)], dtype=np.float64)
-        values = {column.name: arrays[_name(column.name)] for column in self._columns}
-        self._parts = deque([Rows(0, times, values)])
-
-
-def _name(column: str) -> str:
-    """Return the name of a column in a checkpoint."""
-    return f"tail {column}"
-
-
-def open_trajectory(folder: str | Path) -> xarray.Dataset:
-    """Open what a streamed run has written, while it goes on, or when it is over.
-
-    Parameters
-    ----------
-    folder : str or Path
-        Of the run, or of one of its variants.
-
-    Returns
-    -------
-    xarray.Dataset
-        A variable for each column, by ``component.variable``, with its unit, over ``time``, or ``time_10`` where every
-        tenth row is stored [s]. Values are read when they are asked for. Attributes tell how the run was made, JSON
-        where they are not plain numbers or text.
-
-    Raises
+    Yields
     ------
-    InputError
-        If there is no such trajectory, it cannot be read, or a package is missing that reads it.
+    callable
+        To be called now and then; raises KeyboardInterrupt if there was a signal.
     """
-    path = Path(folder)
-    path = path if path.suffix == ".zarr" else path / TRAJECTORY
-    if not path.is_dir():
-        raise InputError(f"{path}: there is no such trajectory")
-    # Both take a while to import.
-    reader, zarr = (require(name, extra="stream", purpose="reading Zarr") for name in ("xarray", "zarr"))
+    noted: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        """Take the first signal down, and act on the second."""
+        del frame
+        if noted:
+            raise KeyboardInterrupt
+        noted.append(number)
+
+    def check() -> None:
+        """Act on a signal that was taken down."""
+        if noted:
+            raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        group = zarr.open_group(path, mode="r", use_consolidated=False)
-        lengths: dict[str, set[int]] = {}
-        for array in group.array_values():
-            lengths.setdefault(_axis(array), set()).add(array.shape[0])
-        if all(len(found) == 1 for found in lengths.values()):
-            return reader.open_zarr(path, consolidated=False)
-        names = list(group.array_keys())
-        parts = [reader.open_zarr(path, consolidated=False, drop_variables=set(names) - {name}) for name in names]
-        shortest = {axis: slice(0, min(found)) for axis, found in lengths.items()}
-        return reader.merge([part.isel({axis: shortest[axis] for axis in part.dims}) for part in parts])
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path} cannot be read: {error}") from error
-
-
-def _axis(array: Any) -> str:
-    """Return the name of an array's axis."""
-    return str(array.attrs["_ARRAY_DIMENSIONS"][0])
+        yield check
+        if to_the_end:
+            check()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

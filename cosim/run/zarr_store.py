@@ -1,4 +1,4 @@
-"""Trajectories streamed to Zarr (version 2), laid out as xarray reads them.
+"""Trajectories streamed to Zarr (version 2), laid out as xarray reads them, and read back.
 
 Each column is an array over a time axis, ``time`` where every row is stored, ``time_10`` where every tenth is. Zarr
 replaces files whole, so that a store is never left with half of one. Columns may differ in length if the program ends
@@ -12,15 +12,19 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import OutputError, require
-from cosim.recording.rows import Column, Rows
+from cosim.errors import InputError, OutputError, require
+from cosim.recording.result import Column, Rows
 from cosim.run.store import Position, axis
 
+if TYPE_CHECKING:
+    import xarray
+
+TRAJECTORY = "trajectory.zarr"
 CHUNK = 65536
 """Rows in a file."""
 _FORMAT = 2
@@ -29,11 +33,11 @@ _GATHERED = ".zmetadata"
 
 @dataclass
 class _Axis:
-    """Columns that are stored equally far apart, and the rows that no full file holds yet.
+    """Columns of one stride, and the rows that no full file holds yet.
 
     Attributes
     ----------
-    distance : int
+    stride : int
         In rows.
     arrays : dict of str to zarr.Array
         By name of column, and the axis itself.
@@ -43,7 +47,7 @@ class _Axis:
         Rows in full files, and after them.
     """
 
-    distance: int
+    stride: int
     arrays: dict[str, Any]
     pending: dict[str, NDArray[Any]]
     base: int
@@ -51,10 +55,10 @@ class _Axis:
 
     def take(self, rows: Rows) -> None:
         """Take what is to be stored."""
-        chosen = slice(-rows.first % self.distance, None, self.distance)
-        values = {name: rows.columns[name][chosen] for name in self.arrays if name != axis(self.distance)}
-        values[axis(self.distance)] = rows.times[chosen]
-        count, taken = values[axis(self.distance)].size, 0
+        chosen = slice(-rows.first % self.stride, None, self.stride)
+        values = {name: rows.columns[name][chosen] for name in self.arrays if name != axis(self.stride)}
+        values[axis(self.stride)] = rows.times[chosen]
+        count, taken = values[axis(self.stride)].size, 0
         while taken < count:
             part = min(count - taken, CHUNK - self.filled)
             for name, pending in self.pending.items():
@@ -91,7 +95,7 @@ class ZarrStore:
         with _writing(self._path):
             for each in self._axes:
                 each.write()
-        return {axis(each.distance): each.base + each.filled for each in self._axes}
+        return {axis(each.stride): each.base + each.filled for each in self._axes}
 
     def close(self, attributes: Mapping[str, Any]) -> None:
         """Write everything, with attributes of the whole, and gather what describes the columns in one place."""
@@ -109,7 +113,7 @@ def create_zarr(path: Path, columns: Mapping[int, Sequence[Column]], attributes:
     path : Path
         A folder that does not exist.
     columns : mapping of int to sequence of Column
-        What to store, by distance in rows.
+        What to store, by stride.
     attributes : mapping
         Of the whole; anything that JSON knows.
 
@@ -120,11 +124,11 @@ def create_zarr(path: Path, columns: Mapping[int, Sequence[Column]], attributes:
     """
     with _writing(path):
         group: Any = _zarr().open_group(path, mode="w-", zarr_format=_FORMAT, attributes=_simple(attributes))
-        for distance, chosen in columns.items():
-            time = Column(axis(distance), "s", np.dtype(np.float64), "communication points")
+        for stride, chosen in columns.items():
+            time = Column(axis(stride), "s", np.dtype(np.float64), "communication points")
             for column in (*chosen, time):
-                _create(group, column, axis(distance))
-    return reopen_zarr(path, columns, {axis(distance): 0 for distance in columns})
+                _create(group, column, axis(stride))
+    return reopen_zarr(path, columns, {axis(stride): 0 for stride in columns})
 
 
 def reopen_zarr(path: Path, columns: Mapping[int, Sequence[Column]], position: Position) -> ZarrStore:
@@ -138,7 +142,7 @@ def reopen_zarr(path: Path, columns: Mapping[int, Sequence[Column]], position: P
     with _writing(path):
         (path / _GATHERED).unlink(missing_ok=True)  # it tells the lengths of before
         group: Any = _zarr().open_group(path, mode="r+", zarr_format=_FORMAT, use_consolidated=False)
-        axes = [_reopen(path, group, distance, chosen, position) for distance, chosen in columns.items()]
+        axes = [_reopen(path, group, stride, chosen, position) for stride, chosen in columns.items()]
     return ZarrStore(path, group, axes)
 
 
@@ -159,6 +163,7 @@ def _zarr() -> Any:
 
 
 def _numcodecs() -> Any:
+    """Return the library of codecs."""
     return require("numcodecs", extra="stream", purpose="writing Zarr")
 
 
@@ -169,6 +174,7 @@ def _codec() -> Any:
 
 
 def _create(group: Any, column: Column, along: str) -> None:
+    """Make an empty array for a column along an axis."""
     described = {"long_name": column.description} if column.description else {}
     attributes: dict[str, Any] = {
         "_ARRAY_DIMENSIONS": [along],
@@ -187,9 +193,9 @@ def _create(group: Any, column: Column, along: str) -> None:
     )
 
 
-def _reopen(path: Path, group: Any, distance: int, columns: Sequence[Column], position: Position) -> _Axis:
+def _reopen(path: Path, group: Any, stride: int, columns: Sequence[Column], position: Position) -> _Axis:
     """Cut the columns of an axis to its rows, and read back those that fill no file."""
-    along = axis(distance)
+    along = axis(stride)
     rows = position[along]
     base = rows - rows % CHUNK
     arrays: dict[str, Any] = {}
@@ -202,7 +208,7 @@ def _reopen(path: Path, group: Any, distance: int, columns: Sequence[Column], po
         arrays[name] = array
         pending[name] = np.zeros(CHUNK, dtype=array.dtype)
         pending[name][: rows - base] = array[base:]
-    return _Axis(distance, arrays, pending, base, rows - base)
+    return _Axis(stride, arrays, pending, base, rows - base)
 
 
 def _simple(attributes: Mapping[str, Any]) -> dict[str, Any]:
@@ -216,8 +222,55 @@ def _simple(attributes: Mapping[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def _writing(path: Path) -> Generator[None]:
+    """Say what could not be written."""
     try:
         yield
     except (OSError, _zarr().errors.BaseZarrError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise OutputError(f"{path} cannot be written: {reason or error}") from error
+
+
+def open_trajectory(folder: str | Path) -> xarray.Dataset:
+    """Open what a streamed run has written, while it goes on, or when it is over.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Of the run, or of one of its variants.
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable for each column, by ``component.variable``, with its unit, over ``time``, or ``time_10`` where every
+        tenth row is stored [s]. Values are read when they are asked for. Attributes tell how the run was made, JSON
+        where they are not plain numbers or text.
+
+    Raises
+    ------
+    InputError
+        If there is no such trajectory, it cannot be read, or a package is missing that reads it.
+    """
+    path = Path(folder)
+    path = path if path.suffix == ".zarr" else path / TRAJECTORY
+    if not path.is_dir():
+        raise InputError(f"{path}: there is no such trajectory")
+    # Both take a while to import.
+    reader, zarr = (require(name, extra="stream", purpose="reading Zarr") for name in ("xarray", "zarr"))
+    try:
+        group = zarr.open_group(path, mode="r", use_consolidated=False)
+        lengths: dict[str, set[int]] = {}
+        for array in group.array_values():
+            lengths.setdefault(_axis_of(array), set()).add(array.shape[0])
+        if all(len(found) == 1 for found in lengths.values()):
+            return reader.open_zarr(path, consolidated=False)
+        names = list(group.array_keys())
+        parts = [reader.open_zarr(path, consolidated=False, drop_variables=set(names) - {name}) for name in names]
+        shortest = {axis: slice(0, min(found)) for axis, found in lengths.items()}
+        return reader.merge([part.isel({axis: shortest[axis] for axis in part.dims}) for part in parts])
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path} cannot be read: {error}") from error
+
+
+def _axis_of(array: Any) -> str:
+    """Return the name of an array's axis."""
+    return str(array.attrs["_ARRAY_DIMENSIONS"][0])

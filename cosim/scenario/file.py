@@ -1,6 +1,6 @@
-"""Scenarios by name or from a file: TOML, of which every key that is not known is refused, or SSP.
+"""Scenarios by name, or from TOML files, in which a key that is not known is refused.
 
-A table of a TOML file knows where it stands, so that every complaint names the key.
+`TomlTable` knows where in the file it stands, so that every complaint names the key.
 """
 
 from __future__ import annotations

@@ -127,7 +127,7 @@ def test_a_run_ends_with_what_is_known_of_the_coupling(folder: Path, make_probe:
         "looping: algebraic loop probe.u -> probe.u_seen -> probe.u: closed in every step, to 1e-09 of the values",
         "looping: components of a loop were stepped 1.00 times a step, at most 1 times",
         "looping: estimated error 0 in a step at most, 0 on average",
-        "tolerance 0.001, 0 steps taken back",
+        "tolerance 0.001, 0 steps rejected",
     ):
         assert text in result.stdout
     (variant,) = json.loads((folder / "runs" / "looping" / "manifest.json").read_text())["variants"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cosim import Component, Constant, InputError, Scenario, System, Table, load_scenario, simulate
-from cosim.drilling.energy_growth import EnergyGrowth, arriving_wave, deviation_growth, energy_growth
+from cosim.drilling.energy_growth import EnergyGrowth, deviation_growth, energy_growth, incident_wave
 from cosim.recording.result import Result
 
 pytestmark = pytest.mark.slow
@@ -224,7 +224,7 @@ def test_excess_is_the_work_of_the_difference_between_drive_and_law() -> None:
 def test_wave_that_arrives_is_the_one_the_bit_sent() -> None:
     """From rest nothing arrives for a travel time; a held drive of 10 rad/s then meets its own echo."""
     result = simulate(load_scenario("stick-slip"), stop_time=2.0, step_size=1e-3)
-    wave, travel = arriving_wave(result), 0.371859893
+    wave, travel = incident_wave(result), 0.371859893
     before = result.time < 2 * travel - 1e-9
     assert np.abs(wave[before]).max() < 1e-9
     after = (result.time > 2 * travel + 1e-3) & (result.time < 4 * travel - 1e-3)

@@ -12,6 +12,7 @@ from scipy.linalg import expm
 from cosim import Component, Connection, Constant, Method, SlaveError, Step, System, co_simulate, ramp
 from cosim.cli.terminal import statement
 from cosim.errors import LoopError, RunError, SystemDefinitionError
+from cosim.run.report import CouplingReport
 from cosim.system.description import Variable
 from tests.cosim.fakes import FakeSlave, LinearSlave, describe
 
@@ -369,7 +370,7 @@ def test_a_value_with_a_limit_active_is_told_as_the_limits_and_not_as_a_solution
     result = run(LOOP, slaves)
     assert result["a.y"] == pytest.approx(np.minimum(8.0 * result.time, 3.0), abs=1e-8)
     assert result.record["guards"] == {"a.limit_active": {"points": 5, "first": 0.5, "last": 1.0}}
-    (loop, *_, guard) = statement(result.record)
+    (loop, *_, guard) = statement(CouplingReport.from_record(result.record))
     assert loop.endswith("where a.limit_active is on, by the value of that guard or limit and not by a solution")
     assert guard.startswith("a.limit_active is on at 5 communication points from t = 0.50 s to 1.00 s")
 

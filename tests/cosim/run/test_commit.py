@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cosim.run.run_folder import commit
+from cosim.run.report import commit
 
 
 def git(folder: Path, *arguments: str) -> str:

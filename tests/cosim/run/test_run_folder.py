@@ -11,7 +11,8 @@ import pytest
 
 from cosim.errors import OutputError
 from cosim.recording.result import Result
-from cosim.run.run_folder import run_folder, write_manifest
+from cosim.run.report import write_content
+from cosim.run.run_folder import run_folder
 
 
 def result(**columns: np.ndarray) -> Result:
@@ -22,7 +23,7 @@ def result(**columns: np.ndarray) -> Result:
 def a_run(path: Path, mark: str) -> None:
     with run_folder(path) as folder:
         (folder / "mark.txt").write_text(mark)
-        write_manifest(folder, {})
+        write_content(folder, {})
 
 
 def test_numbers_in_a_csv_file_read_back_to_the_same_bits(tmp_path: Path) -> None:
@@ -44,7 +45,7 @@ def test_a_run_appears_whole_under_its_name(tmp_path: Path) -> None:
     with run_folder(path) as folder:
         assert not path.exists()
         (folder / "trajectory.csv").write_text("time\n")
-        write_manifest(folder, {"ssi": float("inf")})
+        write_content(folder, {"ssi": float("inf")})
     assert sorted(entry.name for entry in path.iterdir()) == ["manifest.json", "trajectory.csv"]
     assert json.loads((path / "manifest.json").read_text())["ssi"] == "inf"
     assert [entry.name for entry in path.parent.iterdir()] == ["mine"]

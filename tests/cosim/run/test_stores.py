@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from cosim.errors import CheckpointError, InputError, OutputError
 from cosim.master.run import Snapshot
-from cosim.recording.rows import Column, Rows
+from cosim.recording.result import Column, Rows
 from cosim.run import zarr_store
 from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.store import create_csv, csv_file, decimate, reopen_csv
@@ -52,17 +52,15 @@ def courses(draw: st.DrawFn) -> tuple[list[int], int]:
     return places, draw(st.integers(0, len(places) - 2))
 
 
-DISTANCES = st.fixed_dictionaries(
-    {name: st.sampled_from([0, 1, 3, 10]) for name in ("plant.*", "law.count", "law.a/b")}
-)
+STRIDES = st.fixed_dictionaries({name: st.sampled_from([0, 1, 3, 10]) for name in ("plant.*", "law.count", "law.a/b")})
 
 
 @pytest.mark.slow
 @settings(deadline=None, max_examples=40)
-@given(courses(), DISTANCES.filter(lambda every: any(every.values())), st.sampled_from([1, 7, 64, 65536]))
-def test_zarr_gives_back_what_it_took(course: tuple[list[int], int], every: dict[str, int], chunk: int) -> None:
+@given(courses(), STRIDES.filter(lambda strides: any(strides.values())), st.sampled_from([1, 7, 64, 65536]))
+def test_zarr_gives_back_what_it_took(course: tuple[list[int], int], strides: dict[str, int], chunk: int) -> None:
     places, left = course
-    columns = decimate(COLUMNS, every)
+    columns = decimate(COLUMNS, strides)
     with pytest.MonkeyPatch.context() as patch, tempfile.TemporaryDirectory() as folder:
         patch.setattr(zarr_store, "CHUNK", chunk)
         path = Path(folder, "trajectory.zarr")
@@ -78,25 +76,25 @@ def test_zarr_gives_back_what_it_took(course: tuple[list[int], int], every: dict
         store.close({"steps": 3})
         with xr.open_zarr(path) as found:
             assert found.attrs == {"title": "t", "isolated": '["a"]', "steps": 3}
-            for distance, chosen in columns.items():
-                along = "time" if distance == 1 else f"time_{distance}"
+            for stride, chosen in columns.items():
+                along = "time" if stride == 1 else f"time_{stride}"
                 assert found[along].attrs["units"] == "s"
-                np.testing.assert_array_equal(found[along].values, TIMES[::distance])
+                np.testing.assert_array_equal(found[along].values, TIMES[::stride])
                 for column in chosen:
                     array = found[column.name.replace("/", "%2F")]
                     assert array.dims == (along,)
                     assert array.dtype == column.dtype
                     assert array.attrs["units"] == (column.unit or "1")
-                    np.testing.assert_array_equal(array.values, VALUES[column.name][::distance])
+                    np.testing.assert_array_equal(array.values, VALUES[column.name][::stride])
             names = {column.name.replace("/", "%2F") for chosen in columns.values() for column in chosen}
             assert set(found.data_vars) == names
 
 
 @settings(deadline=None, max_examples=20)
-@given(courses(), DISTANCES.filter(lambda every: any(every.values())))
-def test_csv_is_the_same_text_however_it_was_cut(course: tuple[list[int], int], every: dict[str, int]) -> None:
+@given(courses(), STRIDES.filter(lambda strides: any(strides.values())))
+def test_csv_is_the_same_text_however_it_was_cut(course: tuple[list[int], int], strides: dict[str, int]) -> None:
     places, left = course
-    columns = decimate(COLUMNS, every)
+    columns = decimate(COLUMNS, strides)
     with tempfile.TemporaryDirectory() as one, tempfile.TemporaryDirectory() as other:
         whole = create_csv(Path(one), columns)
         whole.take(rows(0, ROWS))
@@ -111,15 +109,15 @@ def test_csv_is_the_same_text_however_it_was_cut(course: tuple[list[int], int], 
                 store.take(rows(first, last))
             position = store.commit()
         store.close({})
-        for distance, chosen in columns.items():
-            text = csv_file(Path(other), distance).read_bytes()
-            assert text == csv_file(Path(one), distance).read_bytes()
+        for stride, chosen in columns.items():
+            text = csv_file(Path(other), stride).read_bytes()
+            assert text == csv_file(Path(one), stride).read_bytes()
             lines = text.decode().splitlines()
             assert lines[0].split(",") == ["time", *(column.name for column in chosen)]
             read = np.array([[float(number) for number in line.split(",")] for line in lines[1:]])
-            np.testing.assert_array_equal(read[:, 0], TIMES[::distance])
+            np.testing.assert_array_equal(read[:, 0], TIMES[::stride])
             for index, column in enumerate(chosen, 1):
-                np.testing.assert_array_equal(read[:, index], VALUES[column.name][::distance])
+                np.testing.assert_array_equal(read[:, index], VALUES[column.name][::stride])
 
 
 def test_a_store_that_has_lost_rows_is_refused(tmp_path: Path) -> None:
@@ -136,7 +134,7 @@ def test_a_store_that_has_lost_rows_is_refused(tmp_path: Path) -> None:
 
 def test_the_last_pattern_that_matches_holds() -> None:
     found = decimate(COLUMNS, {"*": 100, "plant.*": 10, "plant.speed": 1, "law.count": 0})
-    assert {distance: [column.name for column in chosen] for distance, chosen in found.items()} == {
+    assert {stride: [column.name for column in chosen] for stride, chosen in found.items()} == {
         1: ["plant.speed"],
         10: ["plant.stuck"],
         100: ["law.a/b"],
@@ -145,16 +143,16 @@ def test_the_last_pattern_that_matches_holds() -> None:
 
 
 @pytest.mark.parametrize(
-    ("every", "message"),
+    ("strides", "message"),
     [
         ({"plant.sped": 2}, r"there is no 'plant\.sped'; did you mean 'plant\.speed'\?"),
         ({"*": -1}, r"\* = -1; expected 0 or a number of rows"),
         ({"*": 0}, "nothing is stored"),
     ],
 )
-def test_a_choice_that_makes_no_sense_is_refused(every: dict[str, int], message: str) -> None:
+def test_a_choice_that_makes_no_sense_is_refused(strides: dict[str, int], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        decimate(COLUMNS, every)
+        decimate(COLUMNS, strides)
 
 
 CHECKPOINT = Snapshot(

@@ -23,8 +23,7 @@ from cosim import Component, Constant, Scenario, System, load_scenario, open_tra
 from cosim.cli.app import app
 from cosim.drilling.oscillation import measure
 from cosim.errors import CheckpointError, OutputError, RunInterruptedError, SlaveError
-from cosim.recording.result import Result
-from cosim.run.stream import SECONDS
+from cosim.recording.result import SECONDS, Result
 
 SHORT = {"stop_time": 3.0, "step_size": 0.01}
 RUNS: dict[str, tuple[str, dict[str, Any]]] = {

@@ -12,6 +12,7 @@ from cosim import LoopError, load_scenario, simulate
 from cosim.cli.app import app
 from cosim.cli.terminal import statement
 from cosim.drilling.oscillation import Measures, measure
+from cosim.run.report import CouplingReport
 from cosim.scenario.file import scenario_names
 
 
@@ -115,7 +116,7 @@ def test_the_printed_law_goes_on_explicitly_only_where_asked_and_owns_up_to_it(
     assert unsolved["steps"] > 0.5 * result.record["steps"]
     assert "has no solution" in caplog.text
     assert "going on" in caplog.text
-    (loop, *_) = statement(result.record)
+    (loop, *_) = statement(CouplingReport.from_record(result.record))
     assert f"not closed in {unsolved['steps']} of 2000 steps, first at t = 0.00 s, by " in loop
 
 

@@ -1,14 +1,24 @@
-"""A figure of a run, laid out like the paper's: a) bit speed, b) torque on bit, over time; variants side by side."""
+"""What is reported of a run that turns a bit: measures, energy balance, and a figure laid out like the paper's.
+
+This is all that running and streaming know of drilling: which columns it takes, what is found in them, how that is
+written to a manifest and shown in a table, and what is drawn.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from cosim.recording.result import Result
+from cosim.drilling import energy, oscillation
+from cosim.drilling.energy import energy_balance
+from cosim.drilling.oscillation import Measures, measure
+from cosim.recording.result import Column, Result
+
+Found = TypeVar("Found")
 
 # Colours that stay apart for colour-blind readers and in grey.
 _COLOURS = ("#0b5394", "#b45309", "#2f6f4f", "#7a3b69")
@@ -25,6 +35,67 @@ _THOUSANDS = {"N.m": "kN.m", "N": "kN", "J": "kJ"}
 _MOST_PANELS = 4
 # A long chattering line is more than Agg can draw at once, and its own chunks leave gaps.
 _LONGEST_LINE = 5000
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Measures and energy balance of a run; None where no component tells what they take.
+
+    Attributes
+    ----------
+    measures : Measures or None
+        Of the first component that has a bit.
+    energy : mapping of str to float, or None
+        Balance of the first component that tells it: the time it is counted from [s], and energies [J], as
+        `cosim.drilling.energy.EnergyBalance.summary` has them.
+    """
+
+    measures: Measures | None
+    energy: Mapping[str, float] | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the entries of a manifest."""
+        return {"measures": self.measures.to_json() if self.measures else None, "energy": self.energy}
+
+    @classmethod
+    def from_json(cls, entry: Mapping[str, Any]) -> Findings:
+        """Read the entries of a manifest."""
+        measures = entry["measures"]
+        return cls(None if measures is None else Measures.from_json(measures), entry["energy"])
+
+    def cells(self) -> tuple[str, ...]:
+        """Return the row of a table whose columns `headings` names; dashes where there is nothing."""
+        return oscillation.cells(self.measures)
+
+    def sentence(self) -> str:
+        """Say over which window was measured."""
+        return f"measured over {self.measures.window}" if self.measures else "nothing to measure"
+
+
+def find(result: Result) -> Findings:
+    """Measure the first component that has a bit, and balance the energy of the first that tells it."""
+    balance = _of_first(result, energy_balance)
+    summary = None if balance is None else {"since": float(result.time[0]), **balance.summary()}
+    return Findings(_of_first(result, measure), summary)
+
+
+def headings() -> tuple[str, ...]:
+    """Return what the columns of a table of findings are."""
+    return oscillation.headings()
+
+
+def watched(columns: Sequence[Column], signals: Sequence[str]) -> list[Column]:
+    """Choose the columns that findings and the figure take; `signals` are those the figure is asked to show."""
+    shown = signals or default_signals({column.name: column.dtype for column in columns})
+    needed = {*oscillation.needed(), *energy.NEEDED, *energy.LOSSES, energy.FOLDED}
+    return [column for column in columns if column.name in shown or column.name.partition(".")[2] in needed]
+
+
+def _of_first(result: Result, look: Callable[[Result, str], Found | None]) -> Found | None:
+    """Return what is found of the first component that has it."""
+    components = dict.fromkeys(name.partition(".")[0] for name in result.names)
+    found = (look(result, component) for component in components)
+    return next((one for one in found if one is not None), None)
 
 
 def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequence[str] = ()) -> None:

@@ -1,0 +1,387 @@
+"""The report of a run: how it was made and what came of it, typed here and written to manifest.json here alone.
+
+The master tells of a run in plain numbers, `CouplingReport` names them. With what was run they make a `RunReport`, with
+what was found a `VariantReport`, and those of a folder its `Manifest`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+import subprocess
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from datetime import UTC, datetime
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any, TypedDict, cast
+
+import numpy as np
+
+from cosim.drilling.reporting import Findings
+from cosim.errors import OutputError
+from cosim.scenario.scenario import Scenario
+
+MANIFEST = "manifest.json"
+FORMAT = "cosim-run-1"
+UNFINISHED = "unfinished"
+"""State of a run that can be resumed."""
+_OPTIONAL = {"optional": True}
+"""Of a field that is left out where it does not apply."""
+
+
+class Iterations(TypedDict):
+    """Counts of how often the components of loops were stepped in a step."""
+
+    mean: float
+    most: int
+
+
+class Unsolved(TypedDict):
+    """Steps in which a loop had no solution: how many, the time of the first [s], the largest residual."""
+
+    steps: int
+    first: float | None
+    largest_residual: float
+
+
+class StepErrors(TypedDict):
+    """Errors of steps, relative to values and nominal values, and the number of steps that missed the tolerance."""
+
+    largest: float
+    mean: float
+    beyond_tolerance: int
+
+
+class EnergyResidual(TypedDict):
+    """Energy that the coupling made at a power bond, the sum of its absolute values, and what was exchanged [J]."""
+
+    sum: float
+    absolute: float
+    exchanged: float
+
+
+class GuardSpan(TypedDict):
+    """Communication points at which a guard was on: their number, the first and the last [s]."""
+
+    points: int
+    first: float
+    last: float
+
+
+class Initialisation(TypedDict):
+    """Exchange of values at the start: whether they settled, and after how many rounds."""
+
+    settled: bool
+    rounds: int
+
+
+class Timings(TypedDict, total=False):
+    """Wall-clock times of the parts of a run [s]."""
+
+    load: float
+    initialise: float
+    step: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CouplingReport:
+    """Account of the coupling by the master: how it was done, and how well; None where something does not apply.
+
+    `order` is that of stepping, `connections` and `loops` are written with arrows, `steps` counts those that were kept.
+    """
+
+    algorithm: str
+    order: list[str]
+    connections: list[str]
+    loops: list[str]
+    start_time: float
+    stop_time: float
+    step_size: float
+    method: Mapping[str, Any]
+    initialisation: Initialisation
+    steps: int
+    step_loop: str
+    rejected: int | None = field(default=None, metadata=_OPTIONAL)
+    step_loop_reason: str | None = field(default=None, metadata=_OPTIONAL)
+    iteration_tolerance: float | None = field(default=None, metadata=_OPTIONAL)
+    on_failure: str | None = field(default=None, metadata=_OPTIONAL)
+    iterations: Iterations | None = field(default=None, metadata=_OPTIONAL)
+    unsolved: Unsolved | None = field(default=None, metadata=_OPTIONAL)
+    tolerance: float | None = field(default=None, metadata=_OPTIONAL)
+    error_estimate: StepErrors | None = field(default=None, metadata=_OPTIONAL)
+    energy_residual: Mapping[str, EnergyResidual]
+    guards: Mapping[str, GuardSpan]
+    timings: Timings
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> CouplingReport:
+        """Read what a master, the record of a result or a manifest tells; other keys are left alone."""
+        names = [each.name for each in fields(cls)]
+        return cls(**{name: record[name] for name in names if name in record})
+
+    def record(self) -> dict[str, Any]:
+        """Return it by name, without what does not apply."""
+        told = {each: getattr(self, each.name) for each in fields(self)}
+        return {each.name: value for each, value in told.items() if value is not None or not each.metadata}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunReport:
+    """Account of one run: what was run, by which versions, and how it was coupled.
+
+    Attributes
+    ----------
+    scenario, variant : str
+        Their names; `variant` is None where there are none.
+    packaging : str
+        Which build of the FMUs.
+    components : mapping
+        By name: model, file, its hash, and every parameter.
+    isolated : list of str
+        Components that ran in processes of their own.
+    inputs : mapping
+        Signals, by the input they drive.
+    versions : mapping of str to str
+        Of what computed.
+    coupling : CouplingReport
+        What the master tells.
+    """
+
+    scenario: str
+    variant: str | None
+    packaging: str
+    components: Mapping[str, Any]
+    isolated: list[str]
+    inputs: Mapping[str, Any]
+    versions: Mapping[str, str]
+    coupling: CouplingReport
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> RunReport:
+        """Read the record of a result."""
+        names = [each.name for each in fields(cls) if each.name != "coupling"]
+        return cls(**{name: record[name] for name in names}, coupling=CouplingReport.from_record(record))
+
+    def record(self) -> dict[str, Any]:
+        """Return it as the record of a result: one mapping, by name."""
+        told = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "coupling"}
+        return {**told, **self.coupling.record()}
+
+
+@dataclass(frozen=True)
+class VariantReport:
+    """One variant in a folder: its run, and what came of it.
+
+    Attributes
+    ----------
+    run : RunReport
+        How it was made.
+    trajectory : str
+        Where its rows are, within the folder.
+    units : mapping of str to str
+        Of the columns that were kept.
+    findings : Findings
+        Measures and energy.
+    figure : str, optional
+        Where its own figure is, within the folder.
+    """
+
+    run: RunReport
+    trajectory: str
+    units: Mapping[str, str]
+    findings: Findings
+    figure: str | None = None
+
+    @property
+    def label(self) -> str:
+        """Name the variant, or the scenario if it has none."""
+        return self.run.variant or self.run.scenario
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the entry of a manifest, which tells scenario and versions once for all variants."""
+        told = self.run.record()
+        del told["scenario"], told["versions"]
+        figure = {} if self.figure is None else {"figure": self.figure}
+        whole = {"trajectory": self.trajectory, "units": dict(self.units), **self.findings.to_json(), **figure}
+        return {**told, **whole}
+
+    @classmethod
+    def from_json(cls, entry: Mapping[str, Any], head: Mapping[str, Any]) -> VariantReport:
+        """Read an entry of a manifest, of which the head is given as well."""
+        run = RunReport.from_record({**entry, "scenario": head["scenario"], "versions": head["versions"]})
+        return cls(run, entry["trajectory"], entry["units"], Findings.from_json(entry), entry.get("figure"))
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """Account of a folder: what it holds, and how that was made.
+
+    Attributes
+    ----------
+    scenario, title : str
+        Name and title of the scenario.
+    created : str
+        When the run was begun, ISO 8601.
+    versions : mapping of str to str
+        Of what computed.
+    commit : str, optional
+        Of this package.
+    variants : tuple of VariantReport
+        Those that are complete.
+    figure : str, optional
+        The figure of all variants, within the folder.
+    job : mapping, optional
+        What is being run, if it is unfinished and can be resumed.
+    """
+
+    scenario: str
+    title: str
+    created: str
+    versions: Mapping[str, str]
+    commit: str | None
+    variants: tuple[VariantReport, ...] = ()
+    figure: str | None = None
+    job: Mapping[str, Any] | None = None
+
+    @classmethod
+    def begun(cls, scenario: Scenario, job: Mapping[str, Any] | None = None) -> Manifest:
+        """Begin one, now and by the present versions."""
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        return cls(scenario.name, scenario.title, now, versions(), commit(), job=job)
+
+    @property
+    def files(self) -> list[str]:
+        """List all that was written, within the folder: trajectories, the manifest, and figures."""
+        figures = [self.figure, *(each.figure for each in self.variants)]
+        return [*(each.trajectory for each in self.variants), MANIFEST, *(name for name in figures if name)]
+
+    def with_variant(self, variant: VariantReport) -> Manifest:
+        """Return it with one more variant."""
+        return replace(self, variants=(*self.variants, variant))
+
+    def write(self, folder: Path) -> None:
+        """Write it, which makes a folder a run."""
+        told = {each: getattr(self, each) for each in ("scenario", "title", "created", "versions", "commit")}
+        if self.figure is not None:
+            told["figure"] = self.figure
+        if self.job is not None:
+            told |= {"state": UNFINISHED, "job": self.job}
+        write_content(folder, {**told, "variants": [each.to_json() for each in self.variants]})
+
+    @classmethod
+    def read(cls, folder: Path) -> Manifest | None:
+        """Return what `write` has written of an unfinished run; None if the folder holds none.
+
+        Raises
+        ------
+        OutputError
+            If there is a manifest that cannot be read.
+        """
+        content = read_content(folder)
+        if content is None or content.get("state") != UNFINISHED:
+            return None
+        variants = tuple(VariantReport.from_json(entry, content) for entry in content["variants"])
+        head = {name: content[name] for name in ("scenario", "title", "created", "versions", "commit", "job")}
+        return cls(**head, variants=variants)
+
+
+def write_content(folder: Path, content: Mapping[str, Any]) -> None:
+    """Write a manifest; infinite numbers as ``"inf"``, since JSON has none."""
+    text = json.dumps({"format": FORMAT, **plain(content)}, indent=2, allow_nan=False)
+    (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")
+
+
+def read_content(folder: Path) -> dict[str, Any] | None:
+    """Return the manifest of a folder as it is; None if the folder is no run.
+
+    Raises
+    ------
+    OutputError
+        If there is a manifest that cannot be read.
+    """
+    try:
+        content: object = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise OutputError(f"output folder {folder} cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise OutputError(f"output folder {folder}: {MANIFEST} is not JSON: {error}") from error
+    if not isinstance(content, dict):
+        return None
+    manifest = cast(dict[str, Any], content)
+    return manifest if manifest.get("format") == FORMAT else None
+
+
+def plain(value: Any) -> Any:
+    """Turn a value into what JSON knows; infinite numbers into ``"inf"``, since JSON has none."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in cast(Mapping[Any, Any], value).items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in cast(list[Any], value)]
+    if isinstance(value, float) and not math.isfinite(value):
+        return repr(value)
+    return value
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what computes, and the platform."""
+    import fmpy  # pyright: ignore[reportMissingTypeStubs]
+
+    return {
+        "drillstring-cosim": metadata.version("drillstring-cosim"),
+        "fmpy": fmpy.__version__,
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+        "platform": fmpy.platform_tuple,
+    }
+
+
+PACKAGE = Path(__file__).resolve().parents[1]
+_PROJECT = "drillstring-cosim"
+_PATIENCE = 10.0
+
+
+@cache
+def commit(package: Path = PACKAGE) -> str | None:
+    """Return the full hash, with ``-dirty`` if tracked files differ from it; None if nobody knows.
+
+    Parameters
+    ----------
+    package : Path
+        The folder of this package.
+    """
+    checkout = package.parent
+    if _is_checkout(checkout):
+        return _described(checkout)
+    try:
+        return (package / "built" / "commit.txt").read_text(encoding="utf-8").strip() or None
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def _is_checkout(folder: Path) -> bool:
+    """Tell whether a folder is the top of a repository of this project, not of one that has it installed within."""
+    try:
+        project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]["name"]
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError):
+        return False
+    return project == _PROJECT and (folder / ".git").exists()
+
+
+def _described(folder: Path) -> str | None:
+    """Ask git, whatever repository the environment speaks of, as it does in a hook."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    command = ["git", "-C", str(folder), "describe", "--always", "--abbrev=40", "--exclude=*", "--dirty"]
+    try:
+        done = subprocess.run(
+            command, env=environment, check=True, capture_output=True, text=True, errors="replace", timeout=_PATIENCE
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip() or None

@@ -88,8 +88,8 @@ static void excess_places(const ds_bit_law *law, const ds_bit *bit, double *ahea
 {
     const double z = law->twice_impedance;
     const ds_quartic a = bit->arriving;
-    const double holding = law->static_ * bit->weight;
-    const double rise = law->static_ * bit->weight_rise;
+    const double holding = law->friction.static_ * bit->weight;
+    const double rise = law->friction.static_ * bit->weight_rise;
     const ds_quartic over = {z * a.c0 - holding, z * a.c1 - rise, z * a.c2, z * a.c3, z * a.c4};
     const ds_quartic below = {-(z * a.c0) - holding, -(z * a.c1) - rise, -(z * a.c2), -(z * a.c3), -(z * a.c4)};
     *ahead = ds_quartic_first_positive(over);
@@ -208,7 +208,7 @@ double ds_bit_torque(const ds_bit_law *law, const ds_bit *bit, double x)
     }
     const double speed = ds_quartic_value(bit->turning, x);
     const double weight = bit->weight + x * bit->weight_rise;
-    const double dry = weight * (law->coulomb + law->excess * ds_friction_fading(law, bit->direction, speed));
+    const double dry = ds_friction_at(&law->friction, weight, bit->direction * speed).torque;
     return law->viscosity * speed + dry * bit->direction;
 }
 

@@ -111,14 +111,14 @@ static double coming_rise(const ds_distributed *model, const ds_distributed_stat
     const double weight = ds_ramp_at(&bit->pressure, clock, bit->block, bit->begin, end, &rise);
     const double torque = law->twice_impedance * ds_damped_end_wave(&state->bit_end, bit->begin);
     if (bit->speed == 0.0) {
-        const double holding = law->static_ * weight;
+        const double holding = law->friction.static_ * weight;
         if (fabs(torque) <= holding) {
             return 0.0;
         }
         return duration * (torque > 0.0 ? torque - holding : torque + holding) / law->inertia;
     }
     const int direction = bit->speed > 0.0 ? 1 : -1;
-    const double dry = weight * (law->coulomb + law->excess * ds_friction_fading(law, direction, bit->speed)) * direction;
+    const double dry = ds_friction_at(&law->friction, weight, direction * bit->speed).torque * direction;
     return duration * (torque - law->damping * bit->speed - dry) / law->inertia;
 }
 

@@ -24,13 +24,10 @@ ds_bit_law ds_neutral_bit_law(const ds_parameters *parameters, double impedance)
 {
     ds_bit_law law;
     law.twice_impedance = 2.0 * impedance;
-    law.damping = impedance + parameters->c_b;
-    law.viscosity = parameters->c_b;
+    law.damping = impedance + parameters->friction.c_b;
+    law.viscosity = parameters->friction.c_b;
     law.inertia = parameters->I_B;
-    law.coulomb = parameters->R_b * parameters->mu_cb;
-    law.excess = parameters->R_b * (parameters->mu_sb - parameters->mu_cb);
-    law.static_ = parameters->R_b * parameters->mu_sb;
-    law.rate = parameters->gamma_b / parameters->v_f;
+    law.friction = ds_friction_of(&parameters->friction, parameters->friction.R_b);
     return law;
 }
 

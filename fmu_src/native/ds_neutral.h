@@ -19,12 +19,7 @@ typedef struct {
     double L;     /* m, length */
     double I_B;   /* kg m2, inertia of the bottom hole assembly, eq. (2) */
     double c_a;   /* N m s/rad, damping of the sliding top, eq. (2) */
-    double R_b;   /* m, bit radius, eq. (3) */
-    double v_f;   /* rad/s, eq. (4) */
-    double c_b;   /* N m s/rad, damping at the bit, eq. (3) */
-    double mu_cb; /* 1, Coulomb friction, eq. (4) */
-    double mu_sb; /* 1, static friction, eq. (4) */
-    double gamma_b; /* 1, velocity decrease rate, eq. (4) */
+    ds_friction_parameters friction;
 } ds_parameters;
 
 typedef struct {

@@ -17,7 +17,7 @@ typedef struct {
     double value;      /* rad/s, dv/dx */
     double derivative; /* 1, of dv/dx by the speed */
     double dry;        /* N m, dry friction */
-    double softening;  /* N m s/rad, how fast it falls with the speed */
+    double dry_slope;  /* N m s/rad, its derivative by the speed */
 } slip_point;
 
 /* the equations of collocation at the three points after the first, and what solves them */
@@ -49,11 +49,14 @@ ds_accuracy ds_accuracy_on(const ds_clock *clock)
 static slip_point at_point(const slip_piece *p, int i, double speed)
 {
     const ds_bit_law *const law = p->law;
-    const double fading = law->excess * ds_friction_fading(law, p->direction, speed);
-    const double dry = p->weight[i] * (law->coulomb + fading) * p->direction;
-    const double softening = p->weight[i] * fading * law->rate;
-    const slip_point s = {p->scale * (p->drive[i] - law->damping * speed - dry), p->scale * (softening - law->damping), dry,
-                     softening};
+    const ds_friction_point friction = ds_friction_at(&law->friction, p->weight[i], p->direction * speed);
+    const double dry = friction.torque * p->direction;
+    const slip_point s = {
+        p->scale * (p->drive[i] - law->damping * speed - dry),
+        p->scale * (-friction.slope - law->damping),
+        dry,
+        friction.slope,
+    };
     return s;
 }
 
@@ -78,13 +81,13 @@ static void solve_slip(const slip_piece *p, double limit, slip_unknowns *u)
     for (int step = 0; step < NEWTON_STEPS; ++step) {
         double residual[3];
         double d[3];
-        double softening[4];
+        double dry_slope[4];
         for (int i = 1; i < 4; ++i) {
             const slip_point s = at_point(p, i, u->speed[i]);
             u->slope[i] = s.value;
             u->jacobian[i] = s.derivative;
             u->dry[i] = s.dry;
-            softening[i] = s.softening;
+            dry_slope[i] = s.dry_slope;
         }
         ds_collocation_values(u->speed[0], u->slope, residual);
         for (int i = 0; i < 3; ++i) {
@@ -94,7 +97,7 @@ static void solve_slip(const slip_piece *p, double limit, slip_unknowns *u)
         for (int i = 1; i < 4; ++i) {
             u->speed[i] = u->speed[i] + d[i - 1];
             u->slope[i] = u->slope[i] + u->jacobian[i] * d[i - 1];
-            u->dry[i] = u->dry[i] - softening[i] * d[i - 1];
+            u->dry[i] = u->dry[i] + dry_slope[i] * d[i - 1];
         }
         if (fabs(d[0]) <= limit && fabs(d[1]) <= limit && fabs(d[2]) <= limit) {
             break;
@@ -139,7 +142,7 @@ ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, in
     slip.power = slip_power(law, &u);
     const double *const j = u.jacobian;
     const double stiffest = greater(greater(greater(fabs(j[0]), fabs(j[1])), fabs(j[2])), fabs(j[3]));
-    const double truncation = fabs(slip.speed.c4) * (stiffest + law->rate * fabs(u.speed[3] - start));
+    const double truncation = fabs(slip.speed.c4) * (stiffest + law->friction.rate * fabs(u.speed[3] - start));
     slip.roughness = greater(stiffest / GREATEST_STIFFNESS, truncation / accuracy->truncation);
     return slip;
 }

@@ -163,7 +163,7 @@ class Bit:
         if self.direction == 0:
             return law.twice_impedance * value(self.arriving, x)
         speed = value(self.turning, x)
-        dry = (self.weight + x * self.weight_rise) * (law.coulomb + law.excess * law.fading(self.direction, speed))
+        _, dry, _ = law.friction.at(self.weight + x * self.weight_rise, self.direction * speed)
         return law.viscosity * speed + dry * self.direction
 
     def power_integral(self, x: float) -> float:
@@ -217,8 +217,8 @@ class Bit:
         """Return by how much the torque on the stuck bit exceeds the static friction ahead and back [N m]."""
         z = self.law.twice_impedance
         a0, a1, a2, a3, a4 = self.arriving
-        static = self.law.static * self.weight
-        rise = self.law.static * self.weight_rise
+        static = self.law.friction.static * self.weight
+        rise = self.law.friction.static * self.weight_rise
         ahead = (z * a0 - static, z * a1 - rise, z * a2, z * a3, z * a4)
         back = (-(z * a0) - static, -(z * a1) - rise, -(z * a2), -(z * a3), -(z * a4))
         return ahead, back

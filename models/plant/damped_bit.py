@@ -43,10 +43,11 @@ class DampedBit(DampedEnd):
         weight, _ = bit.pressure.over(bit.clock, bit.block, bit.begin, end)
         torque = law.twice_impedance * self.wave_at(bit.begin)
         if bit.speed == 0.0:
-            holding = law.static * weight
+            holding = law.friction.static * weight
             if abs(torque) <= holding:
                 return 0.0
             return duration * (torque - holding if torque > 0.0 else torque + holding) / law.inertia
         direction = 1 if bit.speed > 0.0 else -1
-        dry = weight * (law.coulomb + law.excess * law.fading(direction, bit.speed)) * direction
+        _, friction, _ = law.friction.at(weight, direction * bit.speed)
+        dry = friction * direction
         return duration * (torque - law.damping * bit.speed - dry) / law.inertia

@@ -17,7 +17,7 @@ from .damped_top import DampedTop
 from .delay_line import Piece
 from .distributed_parameters import DistributedParameters
 from .exchange import Exchange, exchange
-from .friction import BitLaw
+from .friction import TUNABLE, BitLaw
 from .neutral import DrillstringNeutral, InitialState
 from .parameters import DrillstringParameters
 from .station import StationOutputs, Stations
@@ -129,7 +129,7 @@ class DrillstringDistributed(DrillstringNeutral):
 
     def set_friction(self, parameters: DrillstringParameters) -> None:
         """Change the tunable friction parameters c_b, mu_cb, mu_sb and gamma_b from now on."""
-        friction = {name: getattr(parameters, name) for name in ("c_b", "mu_cb", "mu_sb", "gamma_b")}
+        friction = {name: getattr(parameters, name) for name in TUNABLE}
         self.parameters = replace(self.parameters, **friction)
         number, fraction = self.place
         turned = self._turn_at(fraction)

@@ -122,7 +122,7 @@ def collocate(
     speed, slope, jacobian, dry = _solve(piece, accuracy.newton, (start, g0, dry0), (v1, v2, v3))
     turning = antiderivative(start, slope)
     stiffest = max(abs(j0), abs(jacobian[0]), abs(jacobian[1]), abs(jacobian[2]))
-    truncation = abs(turning[4]) * (stiffest + law.rate * abs(speed[3] - start))
+    truncation = abs(turning[4]) * (stiffest + law.friction.rate * abs(speed[3] - start))
     roughness = max(stiffest / GREATEST_STIFFNESS, truncation / accuracy.truncation)
     return Slip(turning, _power(law, speed, dry), roughness)
 
@@ -137,13 +137,12 @@ class _Piece(NamedTuple):
     weight: tuple[float, ...]
 
     def slope(self, i: int, speed: float) -> tuple[float, float, float, float]:
-        """Return at a point dv/dx, its derivative by the speed, the dry friction [N m], and how fast that softens."""
+        """Return at a point dv/dx and its derivative by the speed, and the dry friction [N m] and its own."""
         law = self.law
-        fading = law.excess * law.fading(self.direction, speed)
-        dry = self.weight[i] * (law.coulomb + fading) * self.direction
-        softening = self.weight[i] * fading * law.rate
+        _, friction, dry_slope = law.friction.at(self.weight[i], self.direction * speed)
+        dry = friction * self.direction
         slope = self.scale * (self.drive[i] - law.damping * speed - dry)
-        return slope, self.scale * (softening - law.damping), dry, softening
+        return slope, self.scale * (-dry_slope - law.damping), dry, dry_slope
 
 
 def _solve(
@@ -164,7 +163,7 @@ def _solve(
         d1, d2, d3 = correction((w1 - v1, w2 - v2, w3 - v3), (j1, j2, j3))
         v1, v2, v3 = v1 + d1, v2 + d2, v3 + d3
         g1, g2, g3 = g1 + j1 * d1, g2 + j2 * d2, g3 + j3 * d3
-        f1, f2, f3 = f1 - s1 * d1, f2 - s2 * d2, f3 - s3 * d3
+        f1, f2, f3 = f1 + s1 * d1, f2 + s2 * d2, f3 + s3 * d3
         if abs(d1) <= limit and abs(d2) <= limit and abs(d3) <= limit:
             break
     return (v0, v1, v2, v3), (g0, g1, g2, g3), (j1, j2, j3), (f0, f1, f2, f3)

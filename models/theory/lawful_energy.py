@@ -125,7 +125,7 @@ def drain(
         )
     speeds = np.asarray(speed, np.float64)
     curve = TorqueCurve.of(parameters, wob)
-    dry = np.abs(speeds) * (curve.torque(np.abs(speeds)) - curve.viscosity * np.abs(speeds))
+    dry = np.abs(speeds) * curve.dry(np.abs(speeds))
     off = _turning(law) * speeds - sqrt(law.c_2) * speed_ref
     return dry + beta * parameters.L * np.square(speeds) + law.c_a * np.square(off)
 

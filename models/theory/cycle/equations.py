@@ -172,7 +172,7 @@ def equations(orbit: Orbit) -> Equations:
     by_lengths = -(accelerating / p.I_B)[:, None] * np.repeat(mesh.lengths_by, DEGREE, axis=0)
     by_timing = by_lengths + pushed * echoes_by[: mesh.size]
     none = np.zeros(len(events))
-    dry = (curve.torque(speed) - curve.viscosity * speed) / orbit.wob
+    dry = curve.dry(speed) / orbit.wob
     return Equations(
         residual,
         np.concatenate([by_values, events, -echoes[mesh.size :]]),

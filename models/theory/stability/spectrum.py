@@ -12,7 +12,7 @@ from ...plant.parameters import DrillstringParameters
 from ..arrays import ComplexArray
 from .characteristic import Characteristic
 from .equilibrium import Equilibrium, running_equilibrium
-from .torque_curve import TorqueCurve
+from .torque_curve import TorqueCurve, greatest_fall
 
 SAME = 1e-9
 """Roots that differ by less, relative to 1 + |s|, are one."""
@@ -173,7 +173,7 @@ def critical_point(parameters: DrillstringParameters, wob: float) -> CriticalPoi
     frequency, slope = critical_slope(parameters)
     speed = curve.speed_of_slope(slope)
     if speed is None:
-        steepest = curve.excess * curve.rate - curve.viscosity
+        steepest = -float(curve.slope(0.0))
         raise ValueError(
             f"the running equilibrium is stable at every Omega at WOB = {wob} N, where the torque on bit falls by "
             f"{steepest:.9g} N m s/rad at most; expected more than {-slope:.9g} N m s/rad"
@@ -191,18 +191,16 @@ def critical_wob(parameters: DrillstringParameters, omega: float) -> float:
     """
     if not 0.0 < omega < inf:
         raise ValueError(f"Omega is {omega} rad/s; expected a finite value > 0")
-    falling = TorqueCurve.of(parameters, 1.0)
+    fall = greatest_fall(parameters)
     _, slope = critical_slope(parameters)
-    if falling.excess * falling.rate == 0.0:
-        raise ValueError("the friction does not fall with the bit speed; expected mu_sb > mu_cb and gamma_b > 0")
 
     def surplus(wob: float) -> float:
         return critical_point(parameters, wob).omega - omega
 
-    least = (parameters.c_b - slope) / (falling.excess * falling.rate)
+    least = (parameters.c_b - slope) / fall
     low = least * (1.0 + 1e-12)
     if surplus(low) >= 0.0:
-        rest = parameters.c_a * omega / falling.static
+        rest = parameters.c_a * omega / TorqueCurve.of(parameters, 1.0).static
         raise ValueError(
             f"the running equilibrium at Omega = {omega} rad/s is stable up to WOB = {rest:.9g} N, where it comes to "
             f"rest; expected Omega > {critical_point(parameters, low).omega:.9g} rad/s"

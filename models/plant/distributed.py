@@ -15,11 +15,10 @@ from .clock import SNAP, Ramp
 from .damped_bit import DampedBit
 from .damped_top import DampedTop
 from .delay_line import Piece
-from .distributed_parameters import DistributedParameters
 from .exchange import Exchange, exchange
 from .friction import TUNABLE, BitLaw
 from .neutral import DrillstringNeutral, InitialState
-from .parameters import DrillstringParameters
+from .parameters import DistributedParameters, DrillstringParameters
 from .station import StationOutputs, Stations
 
 

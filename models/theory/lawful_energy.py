@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from ..controllers.laws import DissipativeLaw
 from ..plant.parameters import DrillstringParameters
-from .arrays import FloatArray
+from .numerics.arrays import FloatArray
 from .stability.torque_curve import TorqueCurve
 
 

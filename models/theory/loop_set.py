@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..controllers.laws import DissipativeLaw
 from ..plant.parameters import DrillstringParameters
-from .arrays import BoolArray, FloatArray
+from .numerics.arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from math import copysign
 import numpy as np
 from scipy.optimize import brentq
 
-from ..arrays import FloatArray
+from ..numerics.arrays import FloatArray
 from .cycle import broken_law
 from .equations import Orbit
 from .mesh import Resolution

@@ -9,11 +9,11 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import ComplexArray, FloatArray
+from ..numerics.arrays import ComplexArray, FloatArray
+from ..numerics.interpolation import chebyshev, gauss
 from .equations import Orbit
 from .floquet import difference_radius, leading_multiplier, multipliers
 from .guess import simulated_cycle
-from .interpolation import chebyshev, gauss
 from .mesh import DEGREE, echo_cuts
 from .solver import held_at, piece_defects, resolved
 

@@ -16,9 +16,9 @@ from math import ceil, log
 import numpy as np
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import FloatArray
+from ..numerics.arrays import FloatArray
+from ..numerics.interpolation import chebyshev, gauss
 from ..stability.torque_curve import TorqueCurve
-from .interpolation import chebyshev, gauss
 from .mesh import DEGREE, CycleMesh, Timing
 
 FAINTEST = 1e-17

@@ -21,9 +21,9 @@ from math import ceil
 
 import numpy as np
 
-from ..arrays import ComplexArray, FloatArray
+from ..numerics.arrays import ComplexArray, FloatArray
+from ..numerics.interpolation import chebyshev, gauss
 from .equations import Motion, Orbit
-from .interpolation import chebyshev, gauss
 from .mesh import DEGREE, Cut, CycleMesh, echo_cuts, thinned
 
 APART = 1.02

@@ -16,8 +16,8 @@ from math import ceil, floor, log
 import numpy as np
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import FloatArray, IntArray
-from .interpolation import chebyshev
+from ..numerics.arrays import FloatArray, IntArray
+from ..numerics.interpolation import chebyshev
 
 DEGREE = 10
 """Of the bit speed on a piece."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..numerics.arrays import FloatArray, IntArray
+from ..numerics.interpolation import chebyshev, gauss
 from .equations import Orbit, equations, with_input
-from .interpolation import chebyshev, gauss
 from .mesh import DEGREE, CycleMesh, Timing, bins, cycle_mesh
 
 Condition = Callable[[Orbit], tuple[float, FloatArray]]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 
-from ..arrays import ComplexArray, FloatArray
+from ..numerics.arrays import ComplexArray, FloatArray
 
 SETS = 4096
 """Sets of phases tried for the strong radius, of which the best few are improved."""

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import ComplexArray
+from ..numerics.arrays import ComplexArray
 from .characteristic import Characteristic
 from .equilibrium import Equilibrium, running_equilibrium
 from .torque_curve import TorqueCurve, greatest_fall

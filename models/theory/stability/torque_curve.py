@@ -10,7 +10,7 @@ import numpy as np
 
 from ...plant.friction import Friction
 from ...plant.parameters import DrillstringParameters
-from ..arrays import FloatArray
+from ..numerics.arrays import FloatArray
 
 
 @dataclass(frozen=True)

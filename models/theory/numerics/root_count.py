@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..arrays import ComplexArray, FloatArray
+from .arrays import ComplexArray, FloatArray
 
 LARGEST_TURN = 0.5
 """Between neighbouring points of the contour the argument turns by less than this [rad]."""

@@ -92,13 +92,4 @@ static inline double ds_friction_torque_change(const ds_friction_parameters *par
     return seed->c_b * speed + p->c_b * motion_seed.speed + direction * dry_change;
 }
 
-/* constants of the bit equation */
-typedef struct {
-    double twice_impedance; /* N m s/rad, 2 Z */
-    double damping;         /* N m s/rad, Z + c_b */
-    double viscosity;       /* N m s/rad, c_b, eq. (3) */
-    double inertia;         /* kg m2, I_B, eq. (2) */
-    ds_friction friction;   /* at the lever R_b */
-} ds_bit_law;
-
 #endif

@@ -7,6 +7,15 @@
 #include "ds_linkage.h"
 #include "ds_quartic.h"
 
+/* constants of the bit equation */
+typedef struct {
+    double twice_impedance; /* N m s/rad, 2 Z */
+    double damping;         /* N m s/rad, Z + c_b */
+    double viscosity;       /* N m s/rad, c_b, eq. (3) */
+    double inertia;         /* kg m2, I_B, eq. (2) */
+    ds_friction friction;   /* at the lever R_b */
+} ds_bit_law;
+
 /* what is asked of a piece */
 typedef struct {
     double truncation; /* rad/s, truncation from which on a piece is too rough */

@@ -1,5 +1,4 @@
 /* The driller's program as an FMU. Follows models/controllers/program.py and models/plant/friction.py. */
-#include "ds_condition.h"
 #include "ds_friction_table.h"
 #include "ds_model.h"
 #include "ds_program.h"
@@ -25,7 +24,7 @@ size_t ds_model_size(const double value[], const ds_text text[], ds_journal *jou
 
 ds_result ds_model_check(const double value[], ds_journal *journal)
 {
-    return ds_at_least("mu_sb", value[DS_mu_sb], "mu_cb", value[DS_mu_cb], journal);
+    return ds_friction_check(value, journal);
 }
 
 static ds_point speed_at(const block *program, const double value[], double time)

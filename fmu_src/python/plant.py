@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 
 from fmu_src.python.slave import TableSlave
 from models.plant.clock import CELL_LIMIT
-from models.plant.friction import TUNABLE
+from models.plant.friction import ORDERED, TUNABLE
 from models.plant.neutral import DrillstringNeutral, InitialState, Outputs
 from models.plant.parameters import DrillstringParameters
 
@@ -45,7 +45,7 @@ class PlantSlave(TableSlave, Generic[Plant]):
 
     def check(self, values: Sequence[Any]) -> str | None:
         """Return what is wrong between the friction coefficients."""
-        return self.below(values, "mu_sb", "mu_cb")
+        return self.below(values, *ORDERED)
 
     def require_cells(self, parameters: DrillstringParameters, cells: int) -> None:
         """Refuse a string too long for cells that are chosen."""

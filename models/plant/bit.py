@@ -26,8 +26,7 @@ from ..numerics.quartic import (
 )
 from .clock import SNAP, Clock, Ramp
 from .delay_line import NOTHING, DelayLine
-from .friction import BitLaw
-from .slip import Accuracy, collocate
+from .slip import Accuracy, BitLaw, collocate
 
 SHORTEST_SLIP = 1e-9
 """A release that would stop again within this part of a piece is none: the bit stays stuck."""

@@ -16,9 +16,10 @@ from .damped_bit import DampedBit
 from .damped_top import DampedTop
 from .delay_line import Piece
 from .exchange import Exchange, exchange
-from .friction import TUNABLE, BitLaw
+from .friction import TUNABLE
 from .neutral import DrillstringNeutral, InitialState
 from .parameters import DistributedParameters, DrillstringParameters
+from .slip import BitLaw
 from .station import StationOutputs, Stations
 
 
@@ -127,7 +128,7 @@ class DrillstringDistributed(DrillstringNeutral):
             self._open_bit()
 
     def set_friction(self, parameters: DrillstringParameters) -> None:
-        """Change the tunable friction parameters c_b, mu_cb, mu_sb and gamma_b from now on."""
+        """Change the tunable parameters of the friction from now on."""
         friction = {name: getattr(parameters, name) for name in TUNABLE}
         self.parameters = replace(self.parameters, **friction)
         number, fraction = self.place

@@ -9,8 +9,8 @@ from ..numerics.quartic import integral, product_integral, restrict, square_inte
 from .bit import Bit
 from .clock import Clock, Ramp, blocks_for
 from .delay_line import DelayLine, Piece
-from .friction import BitLaw
 from .parameters import DrillstringParameters
+from .slip import BitLaw
 from .top import Top
 
 
@@ -117,7 +117,7 @@ class DrillstringNeutral:
             bit.open(self.down)
 
     def set_friction(self, parameters: DrillstringParameters) -> None:
-        """Change the tunable friction parameters c_b, mu_cb, mu_sb and gamma_b from now on."""
+        """Change the tunable parameters of the friction from now on."""
         self.parameters = parameters
         number, fraction = self.place
         if self.bit.block == number and self.bit.cut(fraction):

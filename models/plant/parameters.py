@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import isfinite, sqrt
+from typing import ClassVar
 
 from .clock import CELL_LIMIT, blocks_for
+from .friction import FrictionParameters
 
 MOST_STRENGTH = 0.125
 """Blocks are so short that a wave loses about this share of itself while it crosses one, at most."""
 
 
 @dataclass(frozen=True)
-class DrillstringParameters:
+class DrillstringParameters(FrictionParameters):
     """Parameters by the paper's symbols; the defaults are the paper's values (section 3).
 
-    ``I_B`` is not given in the paper; 89 kg m^2 is the value usual in the same group's work.
+    ``I_B`` is not given in the paper; 89 kg m^2 is the value usual in the same group's work. Beside these there are the
+    parameters of the friction, by keyword only.
 
     Attributes
     ----------
@@ -29,16 +32,8 @@ class DrillstringParameters:
         Length [m].
     I_B : float
         Inertia of the bottom hole assembly [kg m^2].
-    c_a, c_b : float
-        Damping of the sliding top and of the bit [N m s/rad].
-    R_b : float
-        Bit radius [m].
-    mu_cb, mu_sb : float
-        Coulomb and static friction coefficients, 0 <= mu_cb <= mu_sb <= 1.
-    gamma_b : float
-        Velocity decrease rate, in [0, 1].
-    v_f : float
-        Velocity that makes ``gamma_b |v| / v_f`` a number [rad/s].
+    c_a : float
+        Damping of the sliding top [N m s/rad].
     """
 
     G: float = 79.3e9
@@ -47,25 +42,7 @@ class DrillstringParameters:
     L: float = 1172.0
     I_B: float = 89.0
     c_a: float = 2000.0
-    c_b: float = 0.03
-    R_b: float = 0.155575
-    mu_cb: float = 0.5
-    mu_sb: float = 0.8
-    gamma_b: float = 0.9
-    v_f: float = 1.0
-
-    def __post_init__(self) -> None:
-        """Refuse what is not physical: ValueError with name, value and expected range."""
-        for field in fields(self):
-            value = getattr(self, field.name)
-            lower = 0.0
-            if not isfinite(value) or value < lower or (value == lower and field.name in _POSITIVE):
-                bound = "> 0" if field.name in _POSITIVE else ">= 0"
-                raise ValueError(f"parameter {field.name} is {value}; expected a finite value {bound}")
-        if self.mu_sb < self.mu_cb or self.mu_sb > 1.0:
-            raise ValueError(f"parameter mu_sb is {self.mu_sb}; expected mu_cb = {self.mu_cb} <= mu_sb <= 1")
-        if self.gamma_b > 1.0:
-            raise ValueError(f"parameter gamma_b is {self.gamma_b}; expected 0 <= gamma_b <= 1")
+    POSITIVE: ClassVar[frozenset[str]] = FrictionParameters.POSITIVE | {"G", "J", "I", "L", "I_B", "c_a"}
 
     @property
     def impedance(self) -> float:
@@ -100,9 +77,6 @@ class DrillstringParameters:
         if count * CELL_LIMIT < self.travel_time:
             count += 1
         return count if count >= 4 else 4
-
-
-_POSITIVE = frozenset({"G", "J", "I", "L", "I_B", "c_a", "R_b", "v_f"})
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,14 @@ The speed is the quartic that satisfies it at the four Lobatto points of the pie
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..numerics.collocation import NODES, WEIGHTS, Inner, Slopes, antiderivative, correction, values
 from ..numerics.quartic import THIRD, ZERO, Quartic, value
 from .clock import Clock
-from .friction import BitLaw
+from .friction import Friction
+from .parameters import DrillstringParameters
 
 GREATEST_STIFFNESS = 0.5
 """A piece is too rough if its slope depends on the speed more strongly."""
@@ -31,6 +33,29 @@ NEWTON_STEPS = 12
 NEWTON_LIMIT = 3e-6
 """Correction after which no further step is taken, as the next would be about its square, on the default grid; it
 changes as the square of the block [rad/s]."""
+
+
+@dataclass(frozen=True)
+class BitLaw:
+    """Constants of the bit equation, derived once from the parameters."""
+
+    twice_impedance: float
+    damping: float  # Z + c_b
+    viscosity: float  # c_b
+    inertia: float
+    friction: Friction  # at the lever R_b
+
+    @classmethod
+    def of(cls, parameters: DrillstringParameters) -> BitLaw:
+        """Derive the constants."""
+        impedance = parameters.impedance
+        return cls(
+            twice_impedance=2.0 * impedance,
+            damping=impedance + parameters.c_b,
+            viscosity=parameters.c_b,
+            inertia=parameters.I_B,
+            friction=Friction.of(parameters, parameters.R_b),
+        )
 
 
 class Accuracy(NamedTuple):

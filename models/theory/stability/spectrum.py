@@ -8,11 +8,12 @@ from math import cos, inf, pi, sin
 import numpy as np
 from scipy.optimize import brentq
 
+from ...plant.friction import greatest_fall
 from ...plant.parameters import DrillstringParameters
 from ..numerics.arrays import ComplexArray
 from .characteristic import Characteristic
 from .equilibrium import Equilibrium, running_equilibrium
-from .torque_curve import TorqueCurve, greatest_fall
+from .torque_curve import TorqueCurve
 
 SAME = 1e-9
 """Roots that differ by less, relative to 1 + |s|, are one."""

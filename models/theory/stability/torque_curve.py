@@ -69,17 +69,3 @@ class TorqueCurve:
     def speed_of_slope(self, slope: float) -> float | None:
         """Return the bit speed [rad/s] at which T' is `slope` [N m s/rad]; None if there is none above rest."""
         return self.friction.speed_of_slope(slope - self.viscosity, log)
-
-
-def greatest_fall(parameters: DrillstringParameters) -> float:
-    """Return by how much the dry friction falls with the bit speed, at most, per weight on bit [m s/rad].
-
-    Raises
-    ------
-    ValueError
-        It does not fall.
-    """
-    fall = -float(Friction.of(parameters, parameters.R_b).at(1.0, 0.0)[2])
-    if fall == 0.0:
-        raise ValueError("the friction does not fall with the bit speed; expected mu_sb > mu_cb and gamma_b > 0")
-    return fall

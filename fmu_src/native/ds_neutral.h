@@ -86,7 +86,7 @@ DS_SHARED void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state
 /* let the range of bit speeds cover [x0, x1] of the piece */
 DS_SHARED void ds_neutral_widen(ds_neutral_state *state, double x0, double x1);
 DS_SHARED void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time);
-/* energy stored in the string and the bit, (I L / 2) E of eq. (7), with the pieces that arrive at the top and at the bit */
+/* energy stored in the string and the bit, (I L / 2) E of eq. (7), with the incident pieces at the top and at the bit */
 DS_SHARED double ds_neutral_energy(const ds_neutral *model, const ds_neutral_state *state, ds_piece from_bit,
                                    ds_piece from_top);
 DS_SHARED void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_outputs *outputs);

@@ -11,7 +11,7 @@ static double rate_of(ds_quartic c, double x, double duration)
 static double bit_torque_rate(const ds_bit_law *law, const ds_bit *bit, double x, double duration)
 {
     if (bit->direction == 0) {
-        return law->twice_impedance * rate_of(bit->arriving, x, duration);
+        return law->twice_impedance * rate_of(bit->incident, x, duration);
     }
     const double acceleration = rate_of(bit->turning, x, duration);
     const double weight = bit->weight + x * bit->weight_rise;

@@ -33,7 +33,7 @@ typedef struct {
     const ds_bit_law *law;
     int direction;
     double scale;     /* s/(kg m2), h / I_B */
-    double drive[4];  /* N m, torque of the arriving wave */
+    double drive[4];  /* N m, torque of the incident wave */
     double weight[4]; /* N */
 } slip_piece;
 
@@ -106,13 +106,13 @@ static void solve_slip(const slip_piece *p, double limit, slip_unknowns *u)
 }
 
 /* guess the speeds, with a friction that changes as at the begin */
-static void guess_slip(const slip_piece *p, ds_quartic arriving, slip_unknowns *u)
+static void guess_slip(const slip_piece *p, ds_quartic incident, slip_unknowns *u)
 {
     const double push = p->scale * p->law->twice_impedance;
-    const double bend = 0.5 * (u->jacobian[0] * u->slope[0] + push * arriving.c1);
-    const double t0 = DS_THIRD * push * arriving.c2;
-    const double t1 = 0.25 * push * arriving.c3;
-    const double t2 = 0.2 * push * arriving.c4;
+    const double bend = 0.5 * (u->jacobian[0] * u->slope[0] + push * incident.c1);
+    const double t0 = DS_THIRD * push * incident.c2;
+    const double t1 = 0.25 * push * incident.c3;
+    const double t2 = 0.2 * push * incident.c4;
     for (int i = 1; i < 4; ++i) {
         const double x = ds_nodes[i];
         u->speed[i] = u->speed[0] + x * (u->slope[0] + x * (bend + x * (t0 + x * (t1 + x * t2))));
@@ -120,12 +120,12 @@ static void guess_slip(const slip_piece *p, ds_quartic arriving, slip_unknowns *
 }
 
 ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, int direction, double duration,
-                          double start, ds_quartic arriving, ds_pressure pressure, int last_try)
+                          double start, ds_quartic incident, ds_wob wob, int last_try)
 {
     slip_piece p = {law, direction, duration / law->inertia, {0.0}, {0.0}};
     for (int i = 0; i < 4; ++i) {
-        p.drive[i] = law->twice_impedance * ds_quartic_value(arriving, ds_nodes[i]);
-        p.weight[i] = pressure.weight + ds_nodes[i] * pressure.rise;
+        p.drive[i] = law->twice_impedance * ds_quartic_value(incident, ds_nodes[i]);
+        p.weight[i] = wob.weight + ds_nodes[i] * wob.rise;
     }
     const slip_point first = at_point(&p, 0, start);
     ds_slip slip = {{0.0, 0.0, 0.0, 0.0, 0.0}, 0.0, fabs(first.derivative) / GREATEST_STIFFNESS};
@@ -136,7 +136,7 @@ ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, in
     const double g = start == 0.0 && first.value * direction < 0.0 ? 0.0 : first.value;
     slip_unknowns u = {{start, 0.0, 0.0, 0.0}, {g, 0.0, 0.0, 0.0}, {first.derivative, 0.0, 0.0, 0.0},
                   {first.dry, 0.0, 0.0, 0.0}};
-    guess_slip(&p, arriving, &u);
+    guess_slip(&p, incident, &u);
     solve_slip(&p, accuracy->newton, &u);
     slip.speed = ds_antiderivative(start, u.slope);
     slip.power = slip_power(law, &u);

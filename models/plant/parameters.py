@@ -99,7 +99,7 @@ class DistributedParameters(DrillstringParameters):
 
     @property
     def exchange_rate(self) -> float:
-        """How fast waves that cross change each other, beta / (4 I), for a pair of blocks [1/s]."""
+        """Rate beta / (4 I) at which waves that cross change each other, for a pair of blocks [1/s]."""
         return 0.25 * self.beta / self.I
 
     @property

@@ -25,7 +25,7 @@ TRUNCATION = 1e-6
 
 LEAST_TRUNCATION = 1e-10
 MOST_TRUNCATION = 0.1
-"""What this falls to on fine grids and rises to on coarse ones, as the sixth power of the block."""
+"""Bounds to which this falls on fine grids and rises on coarse ones, as the sixth power of the block."""
 
 NEWTON_STEPS = 12
 """Most Newton steps of a piece; two are usual."""
@@ -59,7 +59,7 @@ class BitLaw:
 
 
 class Accuracy(NamedTuple):
-    """What is asked of a piece.
+    """Accuracy asked of a piece.
 
     Attributes
     ----------
@@ -104,8 +104,8 @@ def collocate(
     direction: int,
     duration: float,
     start: float,
-    arriving: Quartic,
-    pressure: tuple[float, float],
+    incident: Quartic,
+    wob: tuple[float, float],
     last_try: bool,
 ) -> Slip:
     """Return the slip over a piece, by Newton's method from a friction that changes as at the begin.
@@ -124,15 +124,15 @@ def collocate(
         Of the piece [s].
     start : float
         Bit speed at its begin [rad/s].
-    arriving : Quartic
+    incident : Quartic
         D(t - Gamma) on the piece [rad/s].
-    pressure : (float, float)
+    wob : (float, float)
         Weight on bit at its begin, and its rise over the piece [N].
     last_try : bool
         The piece will not be halved again.
     """
-    drive = tuple(law.twice_impedance * value(arriving, node) for node in NODES)
-    weight = tuple(pressure[0] + node * pressure[1] for node in NODES)
+    drive = tuple(law.twice_impedance * value(incident, node) for node in NODES)
+    weight = tuple(wob[0] + node * wob[1] for node in NODES)
     piece = _Piece(law, direction, duration / law.inertia, drive, weight)
     g0, j0, dry0, _ = piece.slope(0, start)
     roughness = abs(j0) / GREATEST_STIFFNESS
@@ -141,8 +141,8 @@ def collocate(
     if start == 0.0 and g0 * direction < 0.0:
         g0 = 0.0  # by rounding: at a release the friction is overcome
     push = piece.scale * law.twice_impedance
-    bend = 0.5 * (j0 * g0 + push * arriving[1])
-    thrust = (THIRD * push * arriving[2], 0.25 * push * arriving[3], 0.2 * push * arriving[4])
+    bend = 0.5 * (j0 * g0 + push * incident[1])
+    thrust = (THIRD * push * incident[2], 0.25 * push * incident[3], 0.2 * push * incident[4])
     v1, v2, v3 = (start + x * (g0 + x * (bend + x * (thrust[0] + x * (thrust[1] + x * thrust[2])))) for x in NODES[1:])
     speed, slope, jacobian, dry = _solve(piece, accuracy.newton, (start, g0, dry0), (v1, v2, v3))
     turning = antiderivative(start, slope)
@@ -153,7 +153,7 @@ def collocate(
 
 
 class _Piece(NamedTuple):
-    """What is the same in all iterations: drive [N m] and weight [N] at the four points; the scale is h / I_B."""
+    """Constants of all iterations: drive [N m] and weight [N] at the four points; the scale is h / I_B."""
 
     law: BitLaw
     direction: int

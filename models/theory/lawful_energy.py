@@ -1,4 +1,4 @@
-"""What law (9) does to the energy of the string: eq. (8) with the law put in, Proposition 1 and what follows from it.
+"""Energy of the string under law (9): eq. (8) with the law put in, Proposition 1 and what follows from it.
 
 As printed, (8) becomes, I L / 2 times and so in W,
 

@@ -1,4 +1,4 @@
-"""What the driller asks for over time: held values, a step, a ramp, or a table, and references that go with them."""
+"""The driller's commands over time: held values, a step, a ramp, or a table, and references that go with them."""
 
 from __future__ import annotations
 

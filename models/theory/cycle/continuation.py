@@ -25,7 +25,7 @@ SHORTEST_STEP = 1e-5
 STEP, GROWTH = 0.3, 1.5
 BISECTIONS = 13
 TIME_UNIT = 0.25
-"""What counts as one of time, in travel times."""
+"""Unit of time along a branch, in travel times."""
 
 
 @dataclass(frozen=True)

@@ -151,7 +151,7 @@ def broken_law(orbit: Orbit) -> str | None:
     times = _resting_times(orbit)
     if not times.size:
         return None
-    share = 2.0 * orbit.parameters.impedance * orbit.arriving(times) / orbit.curve.static
+    share = 2.0 * orbit.parameters.impedance * orbit.incident(times) / orbit.curve.static
     if float(np.abs(share).max()) <= 1.0 + ALLOWED:
         return None
     excess = 100.0 * (float(np.abs(share).max()) - 1.0)

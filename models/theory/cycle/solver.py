@@ -226,5 +226,5 @@ def piece_defects(orbit: Orbit) -> FloatArray:
     nodal = mesh.nodal(orbit.values)
     speed = (nodal @ basis.at(between).T).ravel()
     change = nodal @ (basis.at(between) @ basis.differentiation()).T
-    rate = (2.0 * p.impedance * orbit.arriving(times) - p.impedance * speed - orbit.curve.torque(speed)) / p.I_B
+    rate = (2.0 * p.impedance * orbit.incident(times) - p.impedance * speed - orbit.curve.torque(speed)) / p.I_B
     return np.abs(change - mesh.lengths[:, None] * rate.reshape(change.shape)).max(axis=1)

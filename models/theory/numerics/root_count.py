@@ -1,4 +1,4 @@
-"""How many zeros an analytic function has in a rectangle: the argument principle."""
+"""The number of zeros of an analytic function in a rectangle, by the argument principle."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ class DifferenceOperator:
 
     @property
     def formally_stable(self) -> bool:
-        """Whether the rank condition (18) holds for all Re s >= 0."""
+        """Tell whether the rank condition (18) holds for all Re s >= 0."""
         return self.radius < 1.0
 
     @cached_property
@@ -127,7 +127,7 @@ class DifferenceOperator:
 
     @property
     def strongly_stable(self) -> bool:
-        """Whether stability survives any small change of the delays, each on its own."""
+        """Tell whether stability survives any small change of the delays, each on its own."""
         return self.strong_bound < 1.0 or self.strong_radius < 1.0
 
 

@@ -123,7 +123,7 @@ def _distinct(roots: ComplexArray) -> ComplexArray:
 
 @dataclass(frozen=True)
 class CriticalPoint:
-    """Where the running equilibrium loses its stability.
+    """Point at which the running equilibrium loses its stability.
 
     Attributes
     ----------

@@ -15,12 +15,12 @@ MOST_STRENGTH = 0.125
 
 @dataclass(frozen=True)
 class DrillstringParameters(FrictionParameters):
-    """Parameters by the paper's symbols; the defaults are the paper's values (section 3).
+    """Parameters by the paper's symbols; the defaults are the paper's values.
 
-    ``I_B`` is not given in the paper; 89 kg m^2 is the value usual in the same group's work. Beside these there are the
-    parameters of the friction, by keyword only.
+    Source: Saldivar et al. (2011), eqs. (1) to (4) and section 3. ``I_B`` is not given in the paper; 89 kg m^2 is the
+    value usual in the same group's work. Beside these there are the parameters of the friction, by keyword only.
 
-    Attributes
+    Parameters
     ----------
     G : float
         Shear modulus [Pa].
@@ -34,6 +34,14 @@ class DrillstringParameters(FrictionParameters):
         Inertia of the bottom hole assembly [kg m^2].
     c_a : float
         Damping of the sliding top [N m s/rad].
+    **friction : float
+        ``c_b``, ``R_b``, ``mu_cb``, ``mu_sb``, ``gamma_b`` and ``v_f`` of
+        :class:`models.plant.friction.FrictionParameters`.
+
+    Raises
+    ------
+    ValueError
+        A parameter is not finite or has the wrong sign, or mu_cb <= mu_sb <= 1 or gamma_b <= 1 do not hold.
     """
 
     G: float = 79.3e9

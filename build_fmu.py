@@ -2,11 +2,13 @@
 
 import sys
 
+from fmu_src.errors import BuildError
+
 OURS = ("fmu_src", "models")
 
 
 def run() -> None:
-    """Build, or say in a sentence which package that needs and this Python does not have."""
+    """Build, or say in a sentence which package this Python lacks, or which FMU has no interface table."""
     try:
         from fmu_src.build.command import main
     except ModuleNotFoundError as error:
@@ -14,6 +16,8 @@ def run() -> None:
         if not package or package in OURS:
             raise
         sys.exit(f'error: building FMUs needs the package {package}; pip install -e ".[build]" brings all it needs')
+    except BuildError as error:
+        sys.exit(f"error: {error}")
     main()
 
 

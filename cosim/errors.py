@@ -1,9 +1,9 @@
-"""What can go wrong, as exceptions whose text is one sentence for the user.
+"""Name what can go wrong, as exceptions whose text is one sentence for the user.
 
 `InputError` and its kin mean that what was asked for cannot be done (exit code 2 on the command line); `RunError` and
 its kin mean that something sensible was asked for and failed on the way (exit code 1).
 
-Packages that only a part of the work needs: imported when it begins, and named in a sentence if they are absent.
+A package that only a part of the work needs is imported when it begins, and named in a sentence if it is absent.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class CosimError(Exception):
 
 
 class InputError(CosimError):
-    """What was asked for is wrong: a name, a value, a file."""
+    """Refuse what was asked for: a name, a value, a file is wrong."""
 
     exit_code = 2
 

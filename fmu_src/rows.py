@@ -1,10 +1,13 @@
-"""How rows of the interface tables are written: the units there are, and one function for each kind of row."""
+"""How rows of the interface tables are written: units, one function for each kind of row, and what tables share.
+
+"Eq. (n)" is an equation of Saldivar et al. (2011); "model n" is a numbered equation of docs/model.md.
+"""
 
 from __future__ import annotations
 
 from math import pi
 
-from .schema import DisplayUnit, Unit, Value, Variability, Variable
+from .schema import DisplayUnit, Terminal, Unit, Value, Variability, Variable
 
 UNITS: tuple[Unit, ...] = (
     Unit("1"),
@@ -25,6 +28,8 @@ UNITS: tuple[Unit, ...] = (
 
 NOMINAL = {"rad/s": 10.0, "N.m": 1e4, "N": 1e5, "rad": 100.0, "J": 1e5, "s": 1.0}
 DISPLAY = {"rad/s": "rev/min", "N.m": "kN.m", "N": "kN", "J": "kJ", "rad": "rev"}
+
+NOT_IN_THE_PAPER = "default not in the paper"
 
 
 def input_row(
@@ -75,3 +80,29 @@ def flag_row(name: str, text: str, equation: str, needs: tuple[str, ...], initia
 def count_row(name: str, text: str, equation: str, initially: tuple[str, ...] = ()) -> Variable:
     """Return an Integer output."""
     return Variable(name, "output", text, "Integer", "discrete", equation=equation, initial_dependencies=initially)
+
+
+def drive_terminal(*members: str) -> Terminal:
+    """Return the terminal of the rotary drive, named for its first member."""
+    return Terminal("drive", "The speed asked of the rotary drive, and what its law goes by", members, "11 106 127")
+
+
+def weight_terminal(*members: str) -> Terminal:
+    """Return the terminal of the weight on bit."""
+    return Terminal("weight", "The weight on bit, and what its law goes by", members, "217 119 43")
+
+
+def references_terminal(*members: str) -> Terminal:
+    """Return the terminal of the references."""
+    return Terminal("references", "The rotation the laws are to bring about", members, "91 104 117")
+
+
+BIT_RADIUS = parameter_row("R_b", "m", 0.155575, 1e-4, 10.0, "Bit radius", "Eq. (3)")
+TOP_DAMPING = parameter_row("c_a", "N.m.s/rad", 2000.0, 1e-3, 1e9, "Damping of the sliding top end", "Eq. (2)")
+FRICTION = (
+    parameter_row("c_b", "N.m.s/rad", 0.03, 0.0, 1e6, "Viscous damping at the bit", "Eq. (3)", "tunable"),
+    parameter_row("mu_cb", "1", 0.5, 0.0, 1.0, "Coulomb friction coefficient", "Eq. (4)", "tunable"),
+    parameter_row("mu_sb", "1", 0.8, 0.0, 1.0, "Static friction coefficient, at least mu_cb", "Eq. (4)", "tunable"),
+    parameter_row("gamma_b", "1", 0.9, 0.0, 1.0, "Velocity decrease rate of the friction", "Eq. (4)", "tunable"),
+    parameter_row("v_f", "rad/s", 1.0, 1e-6, 1e3, "Velocity that makes gamma_b |v| / v_f a number", "Eq. (4)"),
+)

@@ -6,6 +6,7 @@ The words are those of the FMI 2.0 standard (section 2.2.7 for variables, 2.2.2 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 from math import inf
 from typing import Literal
 
@@ -13,6 +14,21 @@ Causality = Literal["input", "output", "parameter"]
 Kind = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
 Variability = Literal["fixed", "tunable", "discrete", "continuous"]
 Value = float | int | bool | str
+
+LOG_CATEGORIES: tuple[tuple[str, str], ...] = (
+    ("logEvents", "Stops and releases of the bit, guards and limits of the laws, as they happen."),
+    ("logStatusWarning", "What limits the worth of the results."),
+    ("logStatusDiscard", "Messages that come with fmi2Discard: which variable, its value, the expected range."),
+    ("logStatusError", "Messages that come with fmi2Error; they are told always."),
+    ("logAll", "All messages."),
+)
+
+
+class Packaging(StrEnum):
+    """How the computation is put into an FMU."""
+
+    NATIVE = "native"
+    PYTHON = "python"
 
 
 @dataclass(frozen=True)
@@ -117,7 +133,7 @@ class Model:
     variables: tuple[Variable, ...]
     stop_time: float = 100.0
     step_size: float = 0.01
-    log_categories: tuple[tuple[str, str], ...] = ()
+    log_categories: tuple[tuple[str, str], ...] = LOG_CATEGORIES
     equations: tuple[tuple[str, str], ...] = ()
     use: tuple[str, ...] = ()
     limits: tuple[str, ...] = field(default=())

@@ -1,4 +1,4 @@
-"""Whether an FMU is what it says it is: its file, its description, what it does, and its reference results.
+"""Judge whether an FMU is what it says it is: by its file, its description, its behaviour, its reference results.
 
 >>> from pathlib import Path
 >>> from cosim.check import check_fmu

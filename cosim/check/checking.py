@@ -1,4 +1,4 @@
-"""An FMU checked from the archive to its reference results."""
+"""Check an FMU from the archive to its reference results."""
 
 from __future__ import annotations
 
@@ -98,6 +98,7 @@ class _Checking:
         except FmuFileError as error:
             self._add(Group.DESCRIPTION, "XML", "read it", failed(str(error), "XML in UTF-8"))
             return None
+        self._do(Group.DESCRIPTION, "encoding", "compare with UTF-8", partial(file.check_encoding, read))
         if not self._do(Group.DESCRIPTION, "kind", "read version and kind", partial(file.check_kind, read)):
             return None
         valid = self._do(Group.DESCRIPTION, "schema", "validate by FMI's .xsd", partial(file.check_schema, read))

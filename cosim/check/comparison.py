@@ -1,4 +1,4 @@
-"""Results beside references: how far apart, and whether that is allowed."""
+"""Compare results with references: find how far apart they are, and whether that is allowed."""
 
 from __future__ import annotations
 

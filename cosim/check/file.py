@@ -1,6 +1,7 @@
-"""The .fmu file itself: a sound archive, the libraries, declared sources, documentation (FMI 2.0.4, section 2.3).
+"""Check the .fmu file itself, without running it.
 
-modelDescription.xml: its schema, the rules a schema cannot hold, start values within bounds, and units.
+Of the archive: that it is sound, its libraries, declared sources, documentation (FMI 2.0.4, section 2.3). Of
+modelDescription.xml: its encoding, its schema, the rules a schema cannot hold, start values within bounds, and units.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from cosim.check.verdict import Outcome, counted, failed, not_checked, noted, pa
 from cosim.errors import FmuFileError
 from cosim.fmi2.archive import open_archive
 from cosim.fmi2.library import built_for, expected_for, find_binary
-from cosim.fmi2.xml_check import check_xml
+from cosim.fmi2.xml_check import check_xml, in_utf8
 from cosim.system.description import Description, Variable
 
 _LIBRARIES = (".so", ".dll", ".dylib")
@@ -119,13 +120,20 @@ class Document:
 
     content: bytes
     root: ElementTree.Element
+    flaw: str | None = None
 
 
 def read_document(folder: Path) -> Document:
     """Read modelDescription.xml of an unpacked FMU; FmuFileError if it is not XML, or such as no parser should see."""
     content = (folder / "modelDescription.xml").read_bytes()
+    content, flaw = in_utf8(content)
     check_xml(content, "modelDescription.xml", FmuFileError)
-    return Document(content, ElementTree.fromstring(content))
+    return Document(content, ElementTree.fromstring(content), flaw)
+
+
+def check_encoding(document: Document) -> Outcome:
+    """Check that the file is in UTF-8 (FMI 2.0, section 2.2)."""
+    return failed(document.flaw, "UTF-8") if document.flaw else passed("UTF-8", "UTF-8")
 
 
 def check_schema(document: Document) -> Outcome:

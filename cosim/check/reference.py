@@ -1,4 +1,4 @@
-"""Reference experiments: found in an FMU or a folder, and read.
+"""Find reference experiments in an FMU or a folder, and read them.
 
 Three layouts are known:
 
@@ -41,7 +41,7 @@ ANNOTATION = "drillstring-cosim.tolerances"
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a variable may be from its reference, in its own unit, and why.
+    """Allow a variable a distance from its reference, in its own unit, for a reason.
 
     Allowed is `absolute` + `relative` times the size of the reference, anywhere within `time` [s] of it.
     """

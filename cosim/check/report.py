@@ -1,7 +1,4 @@
-"""A report as tables for the terminal.
-
-A report as JUnit XML, which CI servers show.
-"""
+"""Show a report: as tables for the terminal, and as JUnit XML for CI servers."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What a check of an FMU finds: verdicts, findings, comparisons with a reference, and the report of them all.
-
-How findings are put into words, and how much is looked at where there is much.
-"""
+"""Hold what a check of an FMU finds: verdicts, findings, comparisons with a reference, and the report of them all."""
 
 from __future__ import annotations
 
@@ -13,7 +10,7 @@ from typing import Any, TypeVar
 
 
 class Verdict(StrEnum):
-    """How a check ended.
+    """Tell the end of a check.
 
     Only `FAILED` fails the FMU. `NOTED` is what the standard allows and an importer should know.
     """
@@ -25,7 +22,7 @@ class Verdict(StrEnum):
 
 
 class Group(StrEnum):
-    """What a check is about."""
+    """Group checks by their subject."""
 
     FILE = "file"
     DESCRIPTION = "description"
@@ -121,7 +118,7 @@ class Report:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing failed."""
+        """Tell whether nothing failed."""
         return not self.count(Verdict.FAILED)
 
     def count(self, verdict: Verdict) -> int:
@@ -131,7 +128,7 @@ class Report:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a check of the running FMU came to; its name and what it does are known beforehand."""
+    """Hold the result of a check of the running FMU, of which name and deed are known beforehand."""
 
     verdict: Verdict
     found: str

@@ -85,5 +85,5 @@ def build_fmus(arguments: Sequence[str]) -> int:
     if missing:
         brings = 'pip install "drillstring-cosim[build]" brings all of it'
         raise MissingPackageError(f"building FMUs needs {', '.join(missing)}; {brings}")
-    command = [sys.executable, "-m", "cosim.fmu_src", *arguments]
+    command = [sys.executable, "-m", "cosim.fmu_src.build", *arguments]
     return subprocess.run(command, check=False).returncode

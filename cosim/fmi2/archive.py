@@ -1,11 +1,11 @@
-"""The one place where an .fmu or .ssp file is opened: nothing in it is trusted, and nothing leaves the given folder.
+"""Open .fmu and .ssp files, here alone: nothing in them is trusted, and nothing leaves the given folder.
 
 Everything that can be known from the directory of the archive is checked when it is opened; contents are checked as
-they are read. What is refused, and why, is in docs/untrusted.md.
+they are read, and a member's name is one that may become a file on any system. What is refused, and why, is in
+docs/untrusted.md.
 
-Names of members of an archive: which may become files, whatever system the archive is unpacked on.
-
-Files to give away: zip archives that depend on nothing but names and contents, in place once they are complete.
+Archives to give away are written here as well: they depend on nothing but names and contents, and are in place once
+they are complete.
 """
 
 from __future__ import annotations

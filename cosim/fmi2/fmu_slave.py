@@ -1,10 +1,8 @@
-"""An FMI 2.0 co-simulation FMU as a slave.
+"""Run an FMI 2.0 co-simulation FMU as a slave.
 
 Before and after stepping, calls go through fmpy. The three that every step needs do not: they are the bare functions of
 the library, on addresses within the recording, because fmpy's wrappers build new arrays for each call, which costs more
-than many an FMU takes for a step.
-
-States of an FMU instance that a master may return to, kept by number.
+than many an FMU takes for a step. States that a master may return to are kept by number.
 """
 
 from __future__ import annotations
@@ -65,6 +63,7 @@ class FmuSlave:
         self._output_slopes: SlopeExchange | None = None
         self._states: KeptStates | None = None
         self._times: dict[int, float] = {}
+        self._asked: dict[Variable, Value] = {}
         self._instantiate()
         self._instance = c_void_p(fmu.component)
         self._do_step = bound(self._fmu.dll, "fmi2DoStep", (c_void_p, c_double, c_double, c_int))
@@ -75,15 +74,17 @@ class FmuSlave:
         return self._description
 
     def setup(self, block: Block, start_values: Mapping[Variable, Value], start_time: float, stop_time: float) -> None:
-        """Set start values and bind the getters and setters to the recording; times in s."""
+        """Set start values and bind the getters and setters to the recording; times in s.
+
+        The experiment is set up first: FMI 2.0 (section 4.2.1) allows both orders, and there are exporters whose
+        fmi2SetupExperiment puts back what was set before.
+        """
         self._time = start_time
         self._block = block  # whose memory the calls use
-        for variable, value in start_values.items():
-            if isinstance(value, str):
-                self._call(self._fmu.setString, [variable.reference], [value])
-            else:
-                self._call(getattr(self._fmu, f"set{base_type(variable)}"), [variable.reference], [value])
         self._call(self._fmu.setupExperiment, None, start_time, stop_time)
+        for variable, value in start_values.items():
+            self._call(getattr(self._fmu, f"set{_getter(variable)}"), [variable.reference], [value])
+        self._asked = {variable: value for variable, value in start_values.items() if variable.causality == "parameter"}
         library = self._fmu.dll
         self._reads = tuple(
             exchange(library, "Get", kind, section, len(section.variables))
@@ -99,13 +100,23 @@ class FmuSlave:
         self._output_slopes = slope_exchange(library, "fmi2GetRealOutputDerivatives", block.output_slopes)
 
     def enter_initialization(self) -> None:
-        """Enter initialization mode."""
+        """Enter initialization mode; a driven input that declares no start value begins with what it is in the FMU."""
         self._call(self._fmu.enterInitializationMode)
+        for section in self._block.inputs.values():
+            for index, variable in enumerate(section.variables[: section.driven]):
+                if variable.start is None:
+                    section.values[0, index] = self._get(variable)
 
     def exit_initialization(self) -> None:
-        """Exit initialization mode."""
+        """Exit initialization mode, and say which parameters are not what they were set to."""
         self._call(self._fmu.exitInitializationMode)
         self._started = True
+        for variable, asked in self._asked.items():
+            value = self._get(variable)
+            if value != asked:
+                self._journal.logger.warning(
+                    "%s was set to %s, but the FMU has %s after initialisation", variable.name, asked, value
+                )
 
     def write(self, row: int) -> None:
         """Set the driven inputs from a row of the block, and from row 1 on their derivatives."""
@@ -209,6 +220,14 @@ class FmuSlave:
             self._journal.close()
             raise RunError(f"{self.name}: fmi2Instantiate failed" + (f": {reason}" if reason else "")) from error
 
+    def _get(self, variable: Variable) -> Value:
+        """Return the present value of one variable."""
+        kind = _getter(variable)
+        (value,) = self._call(getattr(self._fmu, f"get{kind}"), [variable.reference])
+        if isinstance(value, bytes):
+            return value.decode("utf-8", "replace")
+        return bool(value) if kind == "Boolean" else value
+
     def _exchange_slopes(self, call: SlopeExchange, row: int) -> None:
         """Set or get the derivatives in a row."""
         values = call.base + row * call.stride
@@ -216,10 +235,10 @@ class FmuSlave:
         if status:
             self._judge(call.name, status)
 
-    def _call(self, function: Callable[..., Any], *arguments: Any) -> None:
-        """Call an FMI function through fmpy."""
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Call an FMI function through fmpy; return what it returns."""
         try:
-            function(*arguments)
+            return function(*arguments)
         except FMICallException as error:
             self._judge(error.function, error.status)
 
@@ -229,11 +248,16 @@ class FmuSlave:
             raise self.failure(function, status)
 
     def _asks_to_end(self) -> bool:
-        """Whether a discarded step means that the FMU wants no more of them."""
+        """Tell whether a discarded step means that the FMU wants no more of them."""
         try:
             return bool(self._fmu.getBooleanStatus(_TERMINATED))
         except FMICallException:
             return False
+
+
+def _getter(variable: Variable) -> str:
+    """Return the type in the names of the functions that get and set a variable."""
+    return "String" if variable.type == "String" else base_type(variable)
 
 
 @contextmanager
@@ -277,7 +301,7 @@ class Bind(Protocol):
 
 
 class KeptStates:
-    """What fmi2GetFMUstate returned.
+    """Keep the states that fmi2GetFMUstate returns.
 
     Parameters
     ----------

@@ -1,10 +1,8 @@
-"""From an .fmu file to a loaded shared library: the right folder for this platform, unpacked and cleaned up.
+"""Load the shared library of an .fmu file, and bind the functions that each step calls.
 
-Which processor and system a library is for: what its folder promises, and what its first bytes say.
-
-What each step of an FMU calls: bare functions of its library, on addresses within the recording.
-
-The addresses are good for as long as the block is kept whose memory they lead to.
+The library is that of the right folder for this platform, for whose processor and system it must be by its first bytes;
+it is unpacked, and cleaned up. The functions are bound to addresses within the recording, which are good for as long as
+the block is kept whose memory they lead to.
 """
 
 from __future__ import annotations
@@ -172,7 +170,7 @@ def built_for(library: bytes) -> set[str]:
 
 
 def is_cut_off(library: bytes) -> bool:
-    """Whether an ELF file ends before its segments do, which kills a process that loads it (by SIGBUS).
+    """Tell whether an ELF file ends before its segments do, which kills a process that loads it (by SIGBUS).
 
     Other formats are checked by the loaders of their systems. Layout by the System V ABI, chapter "Program Header".
     """
@@ -218,7 +216,7 @@ class SlopeExchange:
 
 @dataclass(frozen=True)
 class Calls:
-    """What a step calls: bare functions of the library, on addresses within the recording."""
+    """Hold what a step calls: bare functions of the library, on addresses within the recording."""
 
     instance: c_void_p
     do_step: Callable[[c_void_p, float, float, c_int], int]

@@ -13,49 +13,44 @@ import fmpy.model_description as fmpy_md  # pyright: ignore[reportMissingTypeStu
 
 from cosim.errors import FmuFileError
 from cosim.fmi2.archive import open_archive
-from cosim.fmi2.xml_check import check_xml
+from cosim.fmi2.xml_check import check_xml, in_utf8
 from cosim.system.description import Description, Unit, Variable, VariableType
 
 _FILE = "modelDescription.xml"
 
 
 def read_description(path: Path, *, validate: bool = True) -> Description:
-    """Read the model description of an FMU without unpacking it.
+    """Read the model description of an FMU without unpacking it, as far as it can be understood.
+
+    A third of the FMUs that other tools have published break a rule that running does not need. What the description
+    breaks of the schema and of fmpy's rules is in `Description.flaws`; `cosim check` fails it.
 
     Parameters
     ----------
     path : Path
         The .fmu file.
     validate : bool
-        Refuse what breaks the schema; without, it is read as far as it can be understood.
+        Refuse what breaks the schema; without, it is read as far as it can be understood, and no flaw is looked for.
 
     Raises
     ------
     FmuFileError
-        If the file is missing, is not a zip archive that can safely be opened, has no valid modelDescription.xml, or is
-        not an FMU for co-simulation by FMI 2.0.
+        If the file is missing, is not a zip archive that can safely be opened, has no modelDescription.xml that can be
+        used, or is not an FMU for co-simulation by FMI 2.0.
     """
-    content = _checked_content(path)
-    try:
-        with tempfile.TemporaryDirectory(prefix="cosim-") as folder:
-            Path(folder, _FILE).write_bytes(content)
-            read = fmpy_md.read_model_description(folder, validate=validate)  # pyright: ignore[reportUnknownMemberType]
-    except fmpy_md.ValidationError as error:
-        problems = "; ".join(str(problem) for problem in cast(list[object], error.problems))
-        raise FmuFileError(f"{path}: modelDescription.xml is not valid: {problems}") from error
-    except Exception as error:  # fmpy raises bare Exception for whatever its own checks find
-        raise FmuFileError(f"{path}: modelDescription.xml cannot be used: {error}") from error
+    content, encoding = _checked_content(path)
+    read, flaws = _read(path, content, validate)
     slave = read.coSimulation
     if slave is None:
         raise FmuFileError(f"{path} is an FMU for model exchange only; expected one for co-simulation")
     _refuse_ambiguous_names(path, read)
     units = {str(unit.name): _unit(unit) for unit in read.unitDefinitions}
-    start_time, stop_time, step_size = _default_experiment(read.defaultExperiment)
+    start_time, stop_time, step_size = _default_experiment(path, read.defaultExperiment)
     return Description(
         model_name=str(read.modelName),
         model_identifier=str(slave.modelIdentifier),
         guid=str(read.guid),
-        variables=tuple(_variable(variable, units) for variable in read.modelVariables),
+        variables=tuple(_variable(path, variable, units) for variable in read.modelVariables),
         can_vary_step=slave.canHandleVariableCommunicationStepSize,
         can_interpolate_inputs=slave.canInterpolateInputs,
         once_per_process=slave.canBeInstantiatedOnlyOncePerProcess,
@@ -69,19 +64,48 @@ def read_description(path: Path, *, validate: bool = True) -> Description:
         step_size=step_size,
         feedthrough=_feedthrough(read.outputs),
         initial_feedthrough=_feedthrough(read.initialUnknowns),
+        flaws=((encoding,) if encoding else ()) + flaws,
     )
 
 
-def _checked_content(path: Path) -> bytes:
-    """Return modelDescription.xml, refusing what fmpy must not see and what is not of FMI 2.0."""
+def _read(path: Path, content: bytes, validate: bool) -> tuple[fmpy_md.ModelDescription, tuple[str, ...]]:
+    """Have fmpy read a model description; return it with the rules it breaks, but none that its schema states."""
+    with tempfile.TemporaryDirectory(prefix="cosim-") as folder:
+        Path(folder, _FILE).write_bytes(content)
+        try:
+            flaws = _flaws(path, folder) if validate else ()
+            read = fmpy_md.read_model_description(folder, validate=False)  # pyright: ignore[reportUnknownMemberType]
+        except FmuFileError:
+            raise
+        except Exception as error:  # fmpy raises bare Exception for whatever its own checks find
+            raise FmuFileError(f"{path}: {_FILE} cannot be used: {error}") from error
+    return read, flaws
+
+
+def _flaws(path: Path, folder: str) -> tuple[str, ...]:
+    """Return which of fmpy's rules a model description breaks; FmuFileError if it breaks the schema."""
+    flaws: tuple[str, ...] = ()
+    try:
+        fmpy_md.read_model_description(folder)  # pyright: ignore[reportUnknownMemberType]
+    except fmpy_md.ValidationError as error:
+        flaws = tuple(" ".join(str(flaw).split()).rstrip(".") for flaw in cast(list[object], error.problems))
+    except KeyError as error:  # of fmpy 0.3.32, where a variable has a display unit and its unit is not defined
+        flaws = (f"unit {error} is not defined",)
+    if any(flaw.startswith("ERROR") for flaw in flaws):  # what lxml says of a schema
+        raise FmuFileError(f"{path}: {_FILE} is not valid: {'; '.join(flaws)}")
+    return flaws
+
+
+def _checked_content(path: Path) -> tuple[bytes, str | None]:
+    """Return modelDescription.xml in UTF-8, refusing what fmpy must not see and what is not of FMI 2.0."""
     with open_archive(path) as archive:
         if _FILE not in archive.names:
             raise FmuFileError(f"{path} is not an FMU: there is no {_FILE} in it")
-        content = archive.read(_FILE)
+        content, encoding = in_utf8(archive.read(_FILE))
     version = check_xml(content, f"{path}: {_FILE}", FmuFileError).attributes.get("fmiVersion")
     if version != "2.0":
         raise FmuFileError(f"{path}: FMI version is {version or 'not given'}; expected 2.0")
-    return content
+    return content, encoding
 
 
 def _refuse_ambiguous_names(path: Path, read: fmpy_md.ModelDescription) -> None:
@@ -98,10 +122,18 @@ def _refuse_ambiguous_names(path: Path, read: fmpy_md.ModelDescription) -> None:
         raise FmuFileError(f"{path}: {count} variables are named '{name}'; expected each name once")
 
 
-def _default_experiment(experiment: fmpy_md.DefaultExperiment | None) -> tuple[float | None, ...]:
+def _default_experiment(path: Path, experiment: fmpy_md.DefaultExperiment | None) -> tuple[float | None, ...]:
     """Return start time, stop time and step size [s], as far as they are given."""
-    texts = [getattr(experiment, name, None) for name in ("startTime", "stopTime", "stepSize")]
-    return tuple(None if text is None else float(text) for text in texts)
+    names = ("startTime", "stopTime", "stepSize")
+    return tuple(_number(path, f"{name} of the default experiment", getattr(experiment, name, None)) for name in names)
+
+
+def _number(path: Path, what: str, text: str | None) -> float | None:
+    """Read a number of the file; XML Schema's words for infinity are Python's too."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        raise FmuFileError(f"{path}: {what} is '{text}'; expected a number") from None
 
 
 def _feedthrough(unknowns: list[fmpy_md.Unknown]) -> dict[str, frozenset[str]]:
@@ -123,26 +155,47 @@ def _unit(unit: fmpy_md.Unit) -> Unit:
     return Unit(str(unit.name), powers, base.factor, base.offset)
 
 
-def _variable(variable: fmpy_md.ModelVariable, units: Mapping[str, Unit]) -> Variable:
-    """Convert a variable; what it leaves out, its declared type may give."""
-    declared = variable.declaredType
+def _variable(path: Path, variable: fmpy_md.ModelVariable, units: Mapping[str, Unit]) -> Variable:
+    """Convert a variable; what it leaves out, its declared type may give.
+
+    Only Real variables are continuous (FMI 2.0, section 2.2.7), whatever the file says or leaves out.
+    """
+    name, declared = str(variable.name), variable.declaredType
     unit = variable.unit or (declared.unit if declared else None)
     minimum = variable.min or (declared.min if declared else None)
     maximum = variable.max or (declared.max if declared else None)
     nominal = variable.nominal or (declared.nominal if declared else None)
     items = {str(item.name): int(str(item.value)) for item in declared.items} if declared else {}
+    variability = str(variable.variability)
+    if variable.type != "Real" and variability == "continuous":
+        variability = "discrete"
+    _refuse_start(path, name, variable)
     return Variable(
-        name=str(variable.name),
+        name=name,
         reference=int(variable.valueReference),
         type=cast(VariableType, variable.type),
         causality=str(variable.causality),
-        variability=str(variable.variability),
+        variability=variability,
         initial=variable.initial,
         unit=units.get(unit, Unit(unit)) if unit else None,
         start=variable.start,
-        minimum=float(minimum) if minimum is not None else None,
-        maximum=float(maximum) if maximum is not None else None,
-        nominal=abs(float(nominal or 1.0)) or 1.0,
+        minimum=_number(path, f"min of {name}", minimum),
+        maximum=_number(path, f"max of {name}", maximum),
+        nominal=abs(_number(path, f"nominal of {name}", nominal) or 1.0) or 1.0,
         items=items,
         description=str(variable.description or ""),
     )
+
+
+def _refuse_start(path: Path, name: str, variable: fmpy_md.ModelVariable) -> None:
+    """Refuse a start value that is none of the variable's type."""
+    start = variable.start
+    expected = {
+        "Real": (r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?INF|NaN", "a number"),
+        "Integer": (r"[+-]?\d+", "an integer"),
+        "Enumeration": (r"[+-]?\d+", "the number of an item"),
+        "Boolean": (r"true|false|0|1", "true or false"),
+    }
+    pattern, what = expected.get(str(variable.type), (r"(?s).*", "text"))
+    if start is not None and not re.fullmatch(pattern, start.strip() if variable.type != "String" else start):
+        raise FmuFileError(f"{path}: start of {name} is '{start}'; expected {what}")

@@ -1,4 +1,4 @@
-"""XML from elsewhere, checked before a parser that expands entities, opens files or recurses gets to see it.
+"""XML from elsewhere, in UTF-8 and checked before a parser that expands entities, opens files or recurses sees it.
 
 fmpy reads model descriptions by lxml, with lxml's defaults. What passes here holds nothing that those act upon. expat,
 which checks, calls back where a document type declaration begins, before it reads any entity from it.
@@ -6,6 +6,7 @@ which checks, calls back where a document type declaration begins, before it rea
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NoReturn
@@ -23,6 +24,32 @@ class Root:
 
     name: str
     attributes: Mapping[str, str] = field(default_factory=dict[str, str])
+
+
+_DECLARED = re.compile(rb"""(\A<\?xml[^>]*?\sencoding\s*=\s*)(["'])([A-Za-z0-9._-]+)\2""")
+_TOLERATED = ("us-ascii", "ascii", "iso-8859-1", "latin-1", "windows-1252", "cp1252")
+
+
+def in_utf8(content: bytes) -> tuple[bytes, str | None]:
+    """Turn a document in one of the encodings that old exporters write into UTF-8.
+
+    Returns
+    -------
+    bytes
+        The document, its declaration changed with it; as it was, if it is in no such encoding.
+    str or None
+        What had to be tolerated, for a message: FMI 2.0, section 2.2, demands UTF-8.
+    """
+    declared = _DECLARED.match(content)
+    encoding = declared[3].decode("ascii") if declared else ""
+    if declared is None or encoding.lower() not in _TOLERATED:
+        return content, None
+    try:
+        text = content[declared.end() :].decode(encoding)
+    except UnicodeDecodeError:
+        return content, None
+    head = declared[1] + declared[2] + b"UTF-8" + declared[2]
+    return head + text.encode("utf-8"), f"it is in {encoding} instead of UTF-8"
 
 
 def check_xml(content: bytes, where: str, refusal: type[InputError]) -> Root:
@@ -65,7 +92,7 @@ class _Check:
 
     def __init__(self, where: str, refusal: type[InputError]) -> None:
         self.root = Root("")
-        self.parser = expat.ParserCreate()
+        self.parser = expat.ParserCreate(namespace_separator=" ")  # which finds a prefix that nothing declares
         self.parser.XmlDeclHandler = self._declaration
         self.parser.StartDoctypeDeclHandler = self._document_type
         self.parser.StartElementHandler = self._begin

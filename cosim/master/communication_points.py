@@ -77,6 +77,8 @@ class Grid:
         signal_times = times.copy()
         signal_times[self.meant[meant] - first] = self.meant_times[meant]
         sizes = np.where(regular[1:] & regular[:-1], self.step_size, np.diff(times))
+        if sizes.size and numbers[-1] == self.steps:
+            sizes[-1] = within(float(times[-2]), float(sizes[-1]), float(times[-1]))
         return Points(times, sizes, signal_times)
 
     @property
@@ -97,6 +99,17 @@ class Grid:
         """Return where those of increasing numbers are that lie in a range."""
         begin, end = np.searchsorted(numbers, (first, first + count))
         return slice(int(begin), int(end))
+
+
+def within(time: float, size: float, stop_time: float) -> float:
+    """Return the size of a step, less by rounding where its end, as an FMU adds it up, would be beyond the stop time.
+
+    99.99 s + 0.01 s is more than 100 s, and an FMU may refuse to step beyond the stop time it was given (FMI 2.0,
+    section 4.2.1).
+    """
+    while time + size > stop_time:
+        size = min(stop_time - time, math.nextafter(size, 0.0))
+    return size
 
 
 def communication_points(

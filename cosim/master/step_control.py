@@ -21,7 +21,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cosim.errors import LoopError, SlaveError
-from cosim.master.communication_points import Grid, Points
+from cosim.master.communication_points import Grid, Points, within
 from cosim.master.ports import BEGIN, END, MIDDLE, WHOLE, Channel, Part, Span, roll
 from cosim.master.run import WindowRecord, window_size
 from cosim.master.stepper import Stepper, Taken
@@ -128,6 +128,7 @@ class StepControl:
     ) -> None:
         self.tally = Tally()
         self._grid = grid
+        self._stop_time = grid.end
         self._stepper = stepper
         self._parts = parts
         self._saved = tuple(saved)
@@ -176,7 +177,7 @@ class StepControl:
 
     def _now(self, points: Points) -> float:
         """Return the time that has been reached within the first interval of points, s."""
-        return _span(points, 0, self._place, 0).time if self._place else float(points.times[0])
+        return _span(points, 0, self._place, 0, self._stop_time).time if self._place else float(points.times[0])
 
     def _advance(self, points: Points, index: int) -> None:
         """Take a step from where the run is, if it can be taken; it is in an interval between two points."""
@@ -209,13 +210,14 @@ class StepControl:
     def _attempt(self, points: Points, index: int, place: int) -> tuple[float, list[_Leg]]:
         """Take a step, or a whole one and two halves; return the error and what is to be kept."""
         length = _FINEST >> self._level
-        whole = _span(points, index, place, length)
+        whole = _span(points, index, place, length, self._stop_time)
         if self._error is None:
             return 0.0, [_Leg(BEGIN, END, whole, self._stepper.step(BEGIN, END, whole, 0))]
         self._stepper.step(BEGIN, WHOLE, whole, 0)
         for part in self._saved:
             part.slave.restore(0)
-        first, second = _span(points, index, place, length // 2), _span(points, index, place + length // 2, length // 2)
+        half = length // 2
+        first, second = (_span(points, index, start, half, self._stop_time) for start in (place, place + half))
         legs = [_Leg(BEGIN, MIDDLE, first, self._stepper.step(BEGIN, MIDDLE, first, 0))]
         for part in self._saved:
             part.slave.save(1)
@@ -249,16 +251,18 @@ class StepControl:
         roll(self._parts)
 
 
-def _span(points: Points, index: int, place: int, length: int) -> Span:
+def _span(points: Points, index: int, place: int, length: int, stop_time: float) -> Span:
     """Return the step from a place between two regular points on, both as parts of the distance."""
     time, size = float(points.times[index]), float(points.sizes[index])
     begin, end = (time + size * (number / _FINEST) for number in (place, place + length))
     first, last = begin, end
+    part = size * (length / _FINEST)
     if place == 0:
         first = float(points.signal_times[index])
     if place + length == _FINEST:
         end, last = float(points.times[index + 1]), float(points.signal_times[index + 1])
-    return Span(begin, size * (length / _FINEST), end, first, last)
+        part = within(begin, part, stop_time)
+    return Span(begin, part, end, first, last)
 
 
 @dataclass(frozen=True)

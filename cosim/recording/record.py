@@ -142,7 +142,10 @@ def base_type(variable: Variable) -> BaseType:
 def allocate_block(
     description: Description, driven: Sequence[str], start_values: Mapping[Variable, Value], rows: int
 ) -> Block:
-    """Lay out the recording of one component; inputs that nothing drives get their start value in every row.
+    """Lay out the recording of one component, with the start values of its inputs.
+
+    An input that nothing drives has its start value in every row; one that is driven, in row 0, until its source is
+    known.
 
     Parameters
     ----------
@@ -171,8 +174,9 @@ def allocate_block(
     except (MemoryError, ValueError) as error:
         raise RunError(f"not enough memory to record {rows} communication points: {error}") from error
     for section in block.inputs.values():
-        for index, variable in enumerate(section.variables[section.driven :], section.driven):
-            section.values[:, index] = initial_value(variable, start_values)
+        for index, variable in enumerate(section.variables):
+            rows_given = slice(0, 1) if index < section.driven else slice(None)
+            section.values[rows_given, index] = initial_value(variable, start_values)
     return block
 
 

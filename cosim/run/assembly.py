@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import platform
 import time
 from collections.abc import Collection, Generator, Mapping
@@ -25,6 +26,10 @@ from cosim.system.description import Description, Variable
 from cosim.system.method import Method
 from cosim.system.signals import Signal, Value
 from cosim.system.structure import System
+
+log = logging.getLogger("cosim")
+
+_MOST_FLAWS = 3
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,8 @@ def assembled(scenario: Scenario, choices: Choices) -> Generator[Assembly]:
     system = scenario.system_of(variant, choices.overrides)
     paths = {part.name: locate_fmu(part.fmu, choices.packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
-    isolated = _isolated(system, choices.isolate)
+    _tell_flaws(paths, descriptions)
+    isolated = _apart(paths, _isolated(system, choices.isolate))
     _refuse_twins(paths, {name: known for name, known in descriptions.items() if name not in isolated})
     began = time.perf_counter()
     with ExitStack() as stack:
@@ -140,6 +146,44 @@ def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]
         if name not in names:
             raise SystemDefinitionError(f"there is no component '{name}' to isolate{suggestion(name, names)}")
     return frozenset(wanted) | {part.name for part in system.components if part.isolate}
+
+
+def _apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str]:
+    """Isolate as well what would run Python modules of another FMU, or of this program, in the place of its own."""
+    from cosim.fmi2.python_modules import brought_modules, differing_module, hold
+
+    brought = {path: brought_modules(path) for path in {*paths.values()}}
+    apart: set[str] = set()
+    for name, path in paths.items():
+        if name in isolated:
+            continue
+        module = differing_module(brought[path])
+        if module is None:
+            hold(brought[path])
+            continue
+        apart.add(name)
+        log.warning(
+            "%s: %s brings a Python module '%s' that differs from the one of that name in this process; it is run in a "
+            "process of its own",
+            name,
+            path.name,
+            module,
+        )
+    return isolated | apart
+
+
+def _tell_flaws(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:
+    """Say once for each file what its description breaks, and that it is run nevertheless."""
+    for path, name in {path: name for name, path in paths.items()}.items():
+        flaws = descriptions[name].flaws
+        if flaws:
+            more = f"; and {len(flaws) - _MOST_FLAWS} more flaws" if len(flaws) > _MOST_FLAWS else ""
+            log.warning(
+                "%s: tolerated in modelDescription.xml: %s%s",
+                path.name,
+                "; ".join(flaws[:_MOST_FLAWS]),
+                more,
+            )
 
 
 def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:

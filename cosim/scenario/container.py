@@ -1,4 +1,4 @@
-"""A whole system as one FMU, by the containers of the FMU Manipulation Toolbox.
+"""Write a whole system as one FMU, by the containers of the FMU Manipulation Toolbox.
 
 A container holds the FMUs and couples them in steps of its own, by Jacobi's or the Gauss-Seidel algorithm. It cannot
 save its state, and starts a loop through direct feedthrough from zero, without settling it first.

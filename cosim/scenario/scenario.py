@@ -39,7 +39,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What `cosim.simulate` runs.
+    """Describe a run for `cosim.simulate`.
 
     Parameters
     ----------

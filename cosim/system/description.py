@@ -71,6 +71,8 @@ class Description:
         One that is missing here depends on all of them (FMI 2.0, section 2.2.8).
     start_time, stop_time, step_size : float, optional
         Of the default experiment, as far as there is one [s].
+    flaws : tuple of str
+        What the file breaks of the standard that does not keep the FMU from running.
     """
 
     model_name: str
@@ -90,6 +92,7 @@ class Description:
     step_size: float | None = None
     feedthrough: Mapping[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
     initial_feedthrough: Mapping[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
+    flaws: tuple[str, ...] = ()
 
     @cached_property
     def by_name(self) -> Mapping[str, Variable]:

@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from .. import project
 from ..page.page import documentation_page
-from ..schema import Model
+from ..schema import Model, Packaging
 from . import native as native_build
 from . import packing
-from .description import Packaging, model_description
+from .description import model_description
 from .header import table_header
 from .licenses import license_files
 from .native import Target
-from .python_build import python_files
-from .reference import reference_files
+from .python_packaging import python_files
 from .source_code import TABLE_HEADER, source_code
 from .terminals import appearance
+
+NOTE = "fmi-ls-ref.txt"
+"""The page on the reference experiments, which their layered standard wants among the documentation."""
 
 
 def build(model: Model, packaging: Packaging, targets: Sequence[Target], output: Path) -> Path:
@@ -55,6 +58,21 @@ def build(model: Model, packaging: Packaging, targets: Sequence[Target], output:
     path = output / packaging.value / f"{model.name}.fmu"
     packing.place(files, path, runs_here=runs_here)
     return path
+
+
+def reference_files(model: Model) -> dict[str, bytes]:
+    """Return the reference experiments that travel in an FMU, by path inside it; none if it has none.
+
+    Whoever has the FMU can check it with them. They are data: what lies in reference/ goes into
+    extra/org.fmi-standard.fmi-ls-ref (FMI-LS-REF 1.0.0-alpha.1, https://github.com/modelica/fmi-ls-ref). The results
+    come from independent solutions, not from the code they judge; ``python -m tests.reference`` makes them anew.
+    """
+    files: dict[str, bytes] = {}
+    for path in sorted((project.FMUS / model.name / "reference").glob("*")):
+        folder = "documentation" if path.name == NOTE else "extra/org.fmi-standard.fmi-ls-ref"
+        # read as text, so that line ends are the same on every platform
+        files[f"{folder}/{path.name}"] = path.read_text(encoding="utf-8").encode("utf-8")
+    return files
 
 
 def _native(model: Model, targets: Sequence[Target], documents: dict[str, bytes]) -> dict[str, bytes]:

@@ -14,11 +14,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from ..interface import MODELS
-from ..schema import Model
+from ..errors import BuildError
+from ..fmus import MODELS
+from ..schema import Model, Packaging
 from .building import build
-from .description import Packaging
-from .errors import BuildError
 from .native import TARGETS, Target, host_target
 
 

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from .. import project
 from ..rows import UNITS
-from ..schema import Model, Unit, Value, Variable
-from . import project
-
-
-class Packaging(StrEnum):
-    """How the computation is put into an FMU."""
-
-    NATIVE = "native"
-    PYTHON = "python"
+from ..schema import Model, Packaging, Unit, Value, Variable
 
 
 def model_description(model: Model, packaging: Packaging, guid: str) -> bytes:

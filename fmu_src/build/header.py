@@ -21,7 +21,7 @@ def table_header(model: Model, guid: str) -> str:
     names = [f"DS_{variable.name}" for variable in model.variables]
     references = ",\n    ".join([f"{names[0]} = 0", *names[1:], "DS_VARIABLES"])
     return f"""\
-/* Made from the interface table of {model.name}: edit fmu_src/interface.py instead. */
+/* Made from the interface table of {model.name}: edit fmu_src/fmus/{model.name}/interface.py instead. */
 #ifndef DS_TABLE_H
 #define DS_TABLE_H
 
@@ -33,7 +33,7 @@ def table_header(model: Model, guid: str) -> str:
 #define DS_TEXTS {texts} /* number of String variables */
 #define DS_PROVIDES_DIRECTIONAL_DERIVATIVE {int(model.has_real_inputs)}
 #define DS_LOG_CATEGORIES {len(model.log_categories)}
-
+{_most(model)}
 /* value references */
 enum {{
     {references}
@@ -52,7 +52,7 @@ def table_source(model: Model) -> str:
     rows = ",\n".join(f"    {_row(variable, slots.get(variable.name))}" for variable in model.variables)
     categories = ",\n".join(f"    {c_string(name)}" for name, _ in model.log_categories)
     return f"""\
-/* Made from the interface table of {model.name}: edit fmu_src/interface.py instead. */
+/* Made from the interface table of {model.name}: edit fmu_src/fmus/{model.name}/interface.py instead. */
 #include "ds_table.h"
 
 #include <float.h>
@@ -74,6 +74,12 @@ def c_string(text: str) -> str:
         char = chr(byte)
         out.append(char if 0x20 <= byte < 0x7F and char not in '"\\?' else f"\\{byte:03o}")
     return f'"{"".join(out)}"'
+
+
+def _most(model: Model) -> str:
+    """Return the greatest value of every parameter that counts something, for arrays that have to hold as many."""
+    counts = [v for v in model.select("parameter") if v.kind == "Integer" and v.maximum is not None]
+    return "".join(f"#define DS_MOST_{count.name} {int(count.bounds[1])}\n" for count in counts)
 
 
 def _row(variable: Variable, slot: int | None) -> str:

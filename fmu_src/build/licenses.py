@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from . import project
-from .description import Packaging
-from .errors import BuildError
+from .. import project
+from ..errors import BuildError
+from ..schema import Packaging
 from .native import FMI_HEADERS, Target
 
 FOLDER = "documentation/licenses"

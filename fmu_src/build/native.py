@@ -15,8 +15,8 @@ from pathlib import Path
 
 import fmpy  # pyright: ignore[reportMissingTypeStubs]
 
-from . import project
-from .errors import BuildError
+from .. import project
+from ..errors import BuildError
 
 NATIVE = project.SOURCES / "native"
 FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"

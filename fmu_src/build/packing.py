@@ -14,8 +14,8 @@ from pathlib import Path
 
 from fmpy.validation import validate_fmu  # pyright: ignore[reportMissingTypeStubs]
 
-from . import project
-from .errors import BuildError
+from .. import project
+from ..errors import BuildError
 
 TRIAL = project.SOURCES / "build" / "trial.py"
 TRIAL_SECONDS = 120.0

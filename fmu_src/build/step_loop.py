@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-from . import project
+from .. import project
 from .native import TARGETS, compile_library
 
 SOURCE = project.ROOT / "cosim" / "master" / "native" / "step_loop.c"

@@ -1,20 +1,19 @@
 """How an FMU looks in a tool, and which of its signals belong together: model.png and the folder terminalsAndIcons/.
 
-FMI 2.0.4, section 2.3, takes terminals and icons over from FMI 3.0, section 2.4.9. The pictures are drawn as SVG in
-icons/; the PNG files beside them are made from these (``python -m tests.fmu_src.draw``) and kept, since programs that
-draw pixels do not agree to the byte.
+FMI 2.0.4, section 2.3, takes terminals and icons over from FMI 3.0, section 2.4.9. The pictures are drawn as SVG, that
+of an FMU in its folder, those of terminals in icons/; the PNG files beside them are made from these
+(``python -m tests.fmu_src.draw``) and kept, since programs that draw pixels do not agree to the byte.
 """
 
 from __future__ import annotations
 
+from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from .. import project
 from ..schema import Model, Terminal
-from . import project
 
-ICONS = project.SOURCES / "icons"
-TERMINAL_ICONS = ICONS / "terminals"
 FOLDER = "terminalsAndIcons"
 _EXTENT = 100
 _SIZE = 20  # of a terminal, in the units of the coordinate system
@@ -22,28 +21,19 @@ _SIZE = 20  # of a terminal, in the units of the coordinate system
 
 def appearance(model: Model) -> dict[str, bytes]:
     """Return the pictures of a model and the description of its terminals, by path inside the FMU."""
-    files: dict[str, bytes] = {}
-    if (ICONS / f"{model.name}.svg").is_file():
-        image, drawing = _icon(f"{model.name}")
-        files |= {"model.png": image, f"{FOLDER}/icon.png": image, f"{FOLDER}/icon.svg": drawing}
+    image, drawing = _picture(project.icon(model.name))
+    files = {"model.png": image, f"{FOLDER}/icon.png": image, f"{FOLDER}/icon.svg": drawing}
     if model.terminals:
         files[f"{FOLDER}/terminalsAndIcons.xml"] = _description(model)
     for terminal in model.terminals:
-        image, drawing = _icon(f"terminals/{terminal.name}")
+        image, drawing = _picture(project.ICONS / f"{terminal.name}.svg")
         files |= {f"{FOLDER}/{terminal.name}.png": image, f"{FOLDER}/{terminal.name}.svg": drawing}
     return files
 
 
-def drawing(model: Model) -> str:
-    """Return the icon of a model as SVG; empty if it has none."""
-    path = ICONS / f"{model.name}.svg"
-    return path.read_text(encoding="utf-8").strip() if path.is_file() else ""
-
-
-def _icon(name: str) -> tuple[bytes, bytes]:
+def _picture(path: Path) -> tuple[bytes, bytes]:
     # the drawing is read as text, so that line ends are the same on every platform
-    drawing = (ICONS / f"{name}.svg").read_text(encoding="utf-8").encode("utf-8")
-    return (ICONS / f"{name}.png").read_bytes(), drawing
+    return path.with_suffix(".png").read_bytes(), path.read_text(encoding="utf-8").encode("utf-8")
 
 
 def _description(model: Model) -> bytes:

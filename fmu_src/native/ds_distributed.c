@@ -221,7 +221,7 @@ void ds_distributed_start(const ds_distributed *model, ds_distributed_state *sta
     ds_damped_end_start(&state->bit_end);
     state->string_loss = 0.0;
     state->last_loss = 0.0;
-    for (int i = 0; i < DS_MOST_STATIONS; ++i) {
+    for (int i = 0; i < DS_MOST_stations; ++i) {
         const double below = 1.0 - (double)(i + 1) / model->parts;
         const ds_station_state station = {0, 0, below * (initial_torque + 0.5 * (drag * below)) / stiffness};
         state->station[i] = station;
@@ -376,15 +376,15 @@ static double settled(const ds_distributed *model, const ds_distributed_state *s
     return at_top + ds_damped_end_settled(&state->bit_end, model->exchange.strength, &bit, x);
 }
 
-void ds_distributed_read(const ds_distributed *model, const ds_distributed_state *state, ds_neutral_outputs *outputs)
+void ds_distributed_read(const ds_distributed *model, const ds_distributed_state *state, double value[])
 {
     const ds_neutral_state *const s = ds_distributed_string_in(state);
-    ds_neutral_read(&model->string, s, outputs);
+    ds_neutral_read(&model->string, s, value);
     if (model->beta > 0.0) {
-        outputs->energy = ds_neutral_energy(&model->string, s, state->top_end.raw, state->bit_end.raw);
-        outputs->energy = outputs->energy + model->string.impedance * model->string.clock.block * settled(model, state);
+        value[DS_energy] = ds_neutral_energy(&model->string, s, state->top_end.raw, state->bit_end.raw);
+        value[DS_energy] = value[DS_energy] + model->string.impedance * model->string.clock.block * settled(model, state);
     }
-    outputs->energy = outputs->energy + still_stored(state);
+    value[DS_energy] = value[DS_energy] + still_stored(state);
 }
 
 double ds_distributed_string_loss(const ds_distributed *model, const ds_distributed_state *state)

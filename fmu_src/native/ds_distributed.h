@@ -10,8 +10,7 @@
 #include "ds_exchange.h"
 #include "ds_linkage.h"
 #include "ds_neutral.h"
-
-#define DS_MOST_STATIONS 9
+#include "ds_table.h"
 
 typedef struct {
     ds_neutral string; /* the string without damping */
@@ -31,7 +30,7 @@ typedef struct {
     ds_damped_end bit_end;
     double string_loss;  /* J, lost along the string in the blocks that are finished */
     double last_loss;    /* J, lost there in the last of them */
-    ds_station_state station[DS_MOST_STATIONS];
+    ds_station_state station[DS_MOST_stations];
 } ds_distributed_state;
 
 typedef struct {
@@ -73,9 +72,8 @@ DS_SHARED void ds_distributed_set_inputs(const ds_distributed *model, ds_distrib
 DS_SHARED void ds_distributed_set_friction(const ds_distributed *model, ds_distributed_state *state,
                                            const ds_parameters *parameters);
 DS_SHARED void ds_distributed_advance(const ds_distributed *model, ds_distributed_state *state, double time);
-/* the outputs that the neutral plant has as well */
-DS_SHARED void ds_distributed_read(const ds_distributed *model, const ds_distributed_state *state,
-                                   ds_neutral_outputs *outputs);
+/* write the outputs that the neutral plant has as well */
+DS_SHARED void ds_distributed_read(const ds_distributed *model, const ds_distributed_state *state, double value[]);
 /* energy lost along the string since the start [J] */
 DS_SHARED double ds_distributed_string_loss(const ds_distributed *model, const ds_distributed_state *state);
 /* what is read at a station, counted from the top from 0 on; top_angle is that of the outputs */

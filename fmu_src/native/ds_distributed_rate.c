@@ -1,17 +1,17 @@
 #include "ds_distributed_rate.h"
 
 #include "ds_station.h"
+#include "ds_table.h"
 
-double ds_distributed_read_rates(const ds_distributed *model, const ds_distributed_state *state,
-                                 ds_neutral_rates *rates)
+double ds_distributed_read_rates(const ds_distributed *model, const ds_distributed_state *state, double rate[])
 {
     const ds_neutral *const m = &model->string;
-    ds_neutral_outputs now;
-    ds_distributed_read(model, state, &now);
-    ds_neutral_read_rates(m, ds_distributed_string_in(state), rates);
-    const double ends = now.top_speed * now.top_speed + now.bit_speed * now.bit_speed;
+    double now[DS_VARIABLES];
+    ds_distributed_read(model, state, now);
+    ds_neutral_read_rates(m, ds_distributed_string_in(state), rate);
+    const double ends = now[DS_top_speed] * now[DS_top_speed] + now[DS_bit_speed] * now[DS_bit_speed];
     const double lost = state->last_loss / m->clock.block + model->exchange.strength * m->impedance * ends;
-    rates->energy = rates->energy - lost;
+    rate[DS_energy] = rate[DS_energy] - lost;
     return lost;
 }
 
@@ -27,13 +27,13 @@ ds_station_outputs ds_distributed_station_rate(const ds_distributed *model, cons
         ds_station_read(&s->up, s->ring, station->above, &s->down, down_ring, station->below, elapsed, strength);
     const ds_station_reading rate =
         ds_station_rate(&s->up, s->ring, station->above, &s->down, down_ring, station->below, elapsed, strength);
-    ds_neutral_outputs outputs;
-    ds_neutral_read(&model->string, s, &outputs);
+    double outputs[DS_VARIABLES];
+    ds_neutral_read(&model->string, s, outputs);
     const double block = model->string.clock.block;
     const ds_station_outputs rates = {
         (rate.up + rate.down) / block,
         model->string.impedance * (rate.down - rate.up) / block,
-        outputs.top_speed - (now.up + now.down),
+        outputs[DS_top_speed] - (now.up + now.down),
     };
     return rates;
 }

@@ -6,9 +6,10 @@
 #include "ds_linkage.h"
 #include "ds_neutral_rate.h"
 
-/* derivatives by time: of the outputs that the neutral plant has as well, and of the loss along the string [W] */
+/* write the derivatives by time of the outputs that the neutral plant has as well; returns that of the loss along the
+ * string [W] */
 DS_SHARED double ds_distributed_read_rates(const ds_distributed *model, const ds_distributed_state *state,
-                                           ds_neutral_rates *rates);
+                                           double rate[]);
 /* of what is read at a station [rad/s2, N m/s, rad/s] */
 DS_SHARED ds_station_outputs ds_distributed_station_rate(const ds_distributed *model,
                                                          const ds_distributed_state *state, int number);

@@ -3,15 +3,8 @@
 #ifndef DS_MEMORYLESS_H
 #define DS_MEMORYLESS_H
 
+#include "ds_answered.h"
 #include "ds_model.h"
-#include "ds_table.h"
-
-/* what the law has answered last */
-typedef struct {
-    double value[DS_VARIABLES]; /* inputs at that instant, parameters, and the outputs */
-    double slope[DS_VARIABLES]; /* derivatives of the inputs */
-    double side;                /* 1 at the start, where the inputs begin to change so; -1 at the end of a step */
-} ds_answered;
 
 /* write the outputs that go with the inputs and parameters */
 static void answer(double value[]);
@@ -35,15 +28,9 @@ static void respond(ds_answered *last, double value[], const double slope[], dou
                     ds_journal *journal)
 {
     const ds_answered before = *last;
-    for (int i = 0; i < DS_VARIABLES; ++i) {
-        last->value[i] = slope[i] == 0.0 ? value[i] : value[i] + slope[i] * elapsed; /* -0 stays -0 */
-        last->slope[i] = slope[i];
-    }
-    last->side = elapsed > 0.0 ? -1.0 : 1.0;
+    ds_answered_take(last, value, slope, elapsed);
     answer(last->value);
-    for (int i = 0; i < DS_VARIABLES; ++i) {
-        value[i] = ds_variables[i].role == DS_OUTPUT ? last->value[i] : value[i];
-    }
+    ds_answered_give(last, value);
     if (journal->event != NULL) {
         tell_changes(before.value, last->value, time, journal);
     }

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "ds_table.h"
+
 int ds_neutral_cells(const ds_parameters *parameters, int requested)
 {
     if (requested > 0) {
@@ -202,7 +204,7 @@ double ds_neutral_energy(const ds_neutral *model, const ds_neutral_state *state,
     return model->impedance * model->clock.block * (up + down) + 0.5 * model->parameters.I_B * (speed * speed);
 }
 
-void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_outputs *outputs)
+void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, double value[])
 {
     const ds_bit *const bit = &state->bit;
     const ds_top *const top = &state->top;
@@ -213,25 +215,25 @@ void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_
     const double top_piece = (top->end - top->begin) * block;
     const ds_quartic speed = ds_top_speed(top);
     const ds_top_powers powers = ds_top_power_integrals(&model->top, &model->clock, top, y);
-    outputs->bit_speed = ds_quartic_value(bit->turning, x);
-    outputs->top_speed = ds_quartic_value(speed, y);
-    outputs->bit_torque = ds_bit_torque(&state->law, bit, x);
-    outputs->top_torque = ds_top_torque(&model->top, &model->clock, top, y);
-    outputs->bit_angle = bit->angle + bit_piece * ds_quartic_integral(bit->turning, x);
-    outputs->top_angle = top->angle + top_piece * ds_quartic_integral(speed, y);
-    outputs->bit_stuck = bit->direction == 0;
-    outputs->energy = ds_neutral_energy(model, state, top->incoming, bit->incoming);
-    outputs->bit_speed_min = state->least;
-    outputs->bit_speed_max = state->greatest;
-    outputs->stuck_time = bit->direction == 0 ? bit->stuck + x * bit_piece : bit->stuck;
-    outputs->slip_count = bit->slips;
-    outputs->last_stop_time = bit->last_stop;
-    outputs->last_release_time = bit->last_release;
-    outputs->work_in = top->work + top_piece * powers.work;
-    outputs->bit_loss = bit->loss + bit_piece * ds_bit_power_integral(&state->law, bit, x);
-    outputs->drive_work = top->driven + top_piece * powers.driven;
-    outputs->top_loss = top->slid + top_piece * powers.slid;
-    outputs->cells_used = model->cells;
-    outputs->breaks_folded = state->up.folded + state->down.folded;
-    outputs->folded_energy = model->impedance * block * (state->up.folded_square + state->down.folded_square);
+    value[DS_bit_speed] = ds_quartic_value(bit->turning, x);
+    value[DS_top_speed] = ds_quartic_value(speed, y);
+    value[DS_bit_torque] = ds_bit_torque(&state->law, bit, x);
+    value[DS_top_torque] = ds_top_torque(&model->top, &model->clock, top, y);
+    value[DS_bit_angle] = bit->angle + bit_piece * ds_quartic_integral(bit->turning, x);
+    value[DS_top_angle] = top->angle + top_piece * ds_quartic_integral(speed, y);
+    value[DS_bit_stuck] = bit->direction == 0;
+    value[DS_energy] = ds_neutral_energy(model, state, top->incoming, bit->incoming);
+    value[DS_bit_speed_min] = state->least;
+    value[DS_bit_speed_max] = state->greatest;
+    value[DS_stuck_time] = bit->direction == 0 ? bit->stuck + x * bit_piece : bit->stuck;
+    value[DS_slip_count] = bit->slips;
+    value[DS_last_stop_time] = bit->last_stop;
+    value[DS_last_release_time] = bit->last_release;
+    value[DS_work_in] = top->work + top_piece * powers.work;
+    value[DS_bit_loss] = bit->loss + bit_piece * ds_bit_power_integral(&state->law, bit, x);
+    value[DS_drive_work] = top->driven + top_piece * powers.driven;
+    value[DS_top_loss] = top->slid + top_piece * powers.slid;
+    value[DS_cells_used] = model->cells;
+    value[DS_breaks_folded] = state->up.folded + state->down.folded;
+    value[DS_folded_energy] = model->impedance * block * (state->up.folded_square + state->down.folded_square);
 }

@@ -57,14 +57,6 @@ static inline double ds_neutral_present_in(const ds_neutral_state *state, int64_
     return (state->present.fraction - begin) / (end - begin);
 }
 
-/* the outputs of the plant, SI units */
-typedef struct {
-    double bit_speed, top_speed, bit_torque, top_torque, bit_angle, top_angle, energy;
-    double bit_speed_min, bit_speed_max, stuck_time, last_stop_time, last_release_time, work_in, bit_loss;
-    double drive_work, top_loss, folded_energy;
-    int bit_stuck, slip_count, cells_used, breaks_folded;
-} ds_neutral_outputs;
-
 /* cells in one travel time: as requested, at least 4; for 0 one that keeps a cell at most 0.5 ms */
 DS_SHARED int ds_neutral_cells(const ds_parameters *parameters, int requested);
 /* bytes of the state with so many blocks in one travel time */
@@ -89,6 +81,7 @@ DS_SHARED void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *sta
 /* energy stored in the string and the bit, (I L / 2) E of eq. (7), with the incident pieces at the top and at the bit */
 DS_SHARED double ds_neutral_energy(const ds_neutral *model, const ds_neutral_state *state, ds_piece from_bit,
                                    ds_piece from_top);
-DS_SHARED void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_outputs *outputs);
+/* write the outputs of a plant to its values */
+DS_SHARED void ds_neutral_read(const ds_neutral *model, const ds_neutral_state *state, double value[]);
 
 #endif

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "ds_table.h"
+
 /* derivative by time of a quartic over a piece of a duration [s] */
 static double rate_of(ds_quartic c, double x, double duration)
 {
@@ -20,7 +22,7 @@ static double bit_torque_rate(const ds_bit_law *law, const ds_bit *bit, double x
     return (law->viscosity + dry.slope) * acceleration + bit->direction * (bit->weight_rise / duration) * dry.arm;
 }
 
-void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_rates *rates)
+void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *state, double rate[])
 {
     const ds_bit *const bit = &state->bit;
     const ds_top *const top = &state->top;
@@ -30,23 +32,23 @@ void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *stat
     const double top_piece = (top->end - top->begin) * model->clock.block;
     const double acceleration = rate_of(bit->turning, x, bit_piece);
     const double drive = ds_top_drive(&model->clock, top, y);
-    ds_neutral_outputs now;
-    ds_neutral_read(model, state, &now);
-    rates->bit_speed = acceleration;
-    rates->top_speed = rate_of(ds_top_speed(top), y, top_piece);
-    rates->bit_torque = bit_torque_rate(&state->law, bit, x, bit_piece);
-    rates->top_torque = model->top.sliding * (top->omega.slope - rates->top_speed);
-    rates->bit_angle = now.bit_speed;
-    rates->top_angle = now.top_speed;
-    rates->work_in = now.top_torque * now.top_speed;
-    rates->bit_loss = now.bit_torque * now.bit_speed;
-    rates->drive_work = now.top_torque * drive;
-    rates->top_loss = now.top_torque * (drive - now.top_speed);
-    rates->energy = rates->work_in - rates->bit_loss;
-    rates->stuck_time = now.bit_stuck;
+    double now[DS_VARIABLES];
+    ds_neutral_read(model, state, now);
+    rate[DS_bit_speed] = acceleration;
+    rate[DS_top_speed] = rate_of(ds_top_speed(top), y, top_piece);
+    rate[DS_bit_torque] = bit_torque_rate(&state->law, bit, x, bit_piece);
+    rate[DS_top_torque] = model->top.sliding * (top->omega.slope - rate[DS_top_speed]);
+    rate[DS_bit_angle] = now[DS_bit_speed];
+    rate[DS_top_angle] = now[DS_top_speed];
+    rate[DS_work_in] = now[DS_top_torque] * now[DS_top_speed];
+    rate[DS_bit_loss] = now[DS_bit_torque] * now[DS_bit_speed];
+    rate[DS_drive_work] = now[DS_top_torque] * drive;
+    rate[DS_top_loss] = now[DS_top_torque] * (drive - now[DS_top_speed]);
+    rate[DS_energy] = rate[DS_work_in] - rate[DS_bit_loss];
+    rate[DS_stuck_time] = now[DS_bit_stuck];
     /* an extreme moves while the speed is at it and goes further */
-    rates->bit_speed_min = now.bit_speed <= now.bit_speed_min ? fmin(acceleration, 0.0) : 0.0;
-    rates->bit_speed_max = now.bit_speed >= now.bit_speed_max ? fmax(acceleration, 0.0) : 0.0;
+    rate[DS_bit_speed_min] = now[DS_bit_speed] <= now[DS_bit_speed_min] ? fmin(acceleration, 0.0) : 0.0;
+    rate[DS_bit_speed_max] = now[DS_bit_speed] >= now[DS_bit_speed_max] ? fmax(acceleration, 0.0) : 0.0;
 }
 
 double ds_neutral_torque_by_weight(const ds_neutral_state *state)

@@ -6,25 +6,8 @@
 #include "ds_linkage.h"
 #include "ds_neutral.h"
 
-/* derivatives of outputs by time; those of the other outputs are zero */
-typedef struct {
-    double bit_speed;     /* rad/s2 */
-    double top_speed;     /* rad/s2 */
-    double bit_torque;    /* N m/s */
-    double top_torque;    /* N m/s */
-    double bit_angle;     /* rad/s */
-    double top_angle;     /* rad/s */
-    double energy;        /* W, eq. (8) */
-    double bit_speed_min; /* rad/s2 */
-    double bit_speed_max; /* rad/s2 */
-    double stuck_time;    /* 1 */
-    double work_in;       /* W */
-    double bit_loss;      /* W */
-    double drive_work;    /* W */
-    double top_loss;      /* W */
-} ds_neutral_rates;
-
-DS_SHARED void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *state, ds_neutral_rates *rates);
+/* write the derivatives of the outputs by time for which `rate` holds zeros; those of the other outputs stay zero */
+DS_SHARED void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *state, double rate[]);
 /* derivative of the torque on bit by the weight on bit at the present speed [m], 0 while the bit is stuck */
 DS_SHARED double ds_neutral_torque_by_weight(const ds_neutral_state *state);
 

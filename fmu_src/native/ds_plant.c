@@ -45,51 +45,6 @@ int ds_plant_tuned(const ds_parameters *old, const ds_parameters *parameters)
     return !ds_friction_same(&parameters->friction, &old->friction);
 }
 
-void ds_plant_write(const ds_neutral_outputs *outputs, double value[])
-{
-    const ds_neutral_outputs *const o = outputs;
-    value[DS_bit_speed] = o->bit_speed;
-    value[DS_top_speed] = o->top_speed;
-    value[DS_bit_torque] = o->bit_torque;
-    value[DS_top_torque] = o->top_torque;
-    value[DS_bit_angle] = o->bit_angle;
-    value[DS_top_angle] = o->top_angle;
-    value[DS_bit_stuck] = o->bit_stuck;
-    value[DS_energy] = o->energy;
-    value[DS_bit_speed_min] = o->bit_speed_min;
-    value[DS_bit_speed_max] = o->bit_speed_max;
-    value[DS_stuck_time] = o->stuck_time;
-    value[DS_slip_count] = o->slip_count;
-    value[DS_last_stop_time] = o->last_stop_time;
-    value[DS_last_release_time] = o->last_release_time;
-    value[DS_work_in] = o->work_in;
-    value[DS_bit_loss] = o->bit_loss;
-    value[DS_drive_work] = o->drive_work;
-    value[DS_top_loss] = o->top_loss;
-    value[DS_cells_used] = o->cells_used;
-    value[DS_breaks_folded] = o->breaks_folded;
-    value[DS_folded_energy] = o->folded_energy;
-}
-
-void ds_plant_write_rates(const ds_neutral_rates *rates, double rate[])
-{
-    const ds_neutral_rates *const r = rates;
-    rate[DS_bit_speed] = r->bit_speed;
-    rate[DS_top_speed] = r->top_speed;
-    rate[DS_bit_torque] = r->bit_torque;
-    rate[DS_top_torque] = r->top_torque;
-    rate[DS_bit_angle] = r->bit_angle;
-    rate[DS_top_angle] = r->top_angle;
-    rate[DS_energy] = r->energy;
-    rate[DS_bit_speed_min] = r->bit_speed_min;
-    rate[DS_bit_speed_max] = r->bit_speed_max;
-    rate[DS_stuck_time] = r->stuck_time;
-    rate[DS_work_in] = r->work_in;
-    rate[DS_bit_loss] = r->bit_loss;
-    rate[DS_drive_work] = r->drive_work;
-    rate[DS_top_loss] = r->top_loss;
-}
-
 ds_plant_history ds_plant_before(const double value[])
 {
     const ds_plant_history before = {value[DS_slip_count], value[DS_last_stop_time], value[DS_breaks_folded]};

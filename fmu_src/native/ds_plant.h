@@ -26,8 +26,6 @@ DS_SHARED int ds_plant_cells(const double value[], ds_journal *journal);
 DS_SHARED int ds_plant_reaches(const ds_clock *clock, double end, ds_journal *journal);
 /* whether the tunable friction has changed */
 DS_SHARED int ds_plant_tuned(const ds_parameters *old, const ds_parameters *parameters);
-DS_SHARED void ds_plant_write(const ds_neutral_outputs *outputs, double value[]);
-DS_SHARED void ds_plant_write_rates(const ds_neutral_rates *rates, double rate[]);
 DS_SHARED ds_plant_history ds_plant_before(const double value[]);
 /* say that the bit has stopped or broken loose since `before`, in the order of time; of several stops, the last */
 DS_SHARED void ds_plant_tell(const double value[], const ds_plant_history *before, double end, ds_journal *journal);

@@ -7,12 +7,10 @@ from typing import cast
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from ..build import project
-from ..build.description import Packaging
-from ..build.terminals import drawing
+from .. import project
 from ..rows import UNITS
-from ..schema import Causality, Model, Variable
-from .guide import compiling
+from ..schema import Causality, Model, Packaging, Variable
+from .compiling import compiling
 
 TITLES: tuple[tuple[str, Causality], ...] = (("Inputs", "input"), ("Outputs", "output"), ("Parameters", "parameter"))
 
@@ -70,7 +68,7 @@ def documentation_page(model: Model, packaging: Packaging) -> bytes:
         packaging=packaging.value,
         packaging_limits=LIMITS[packaging],
         contents=[entry for entry in CONTENTS if entry[0] not in _absent(model, packaging)],
-        icon=drawing(model),
+        icon=project.icon(model.name).read_text(encoding="utf-8").strip(),
         compiling=compiling(model) if native else "",
         groups=[(title, variables) for title, variables in groups if variables],
         unit=_unit,

@@ -15,6 +15,9 @@ _DISPLAYED = re.compile(r"\$\$(.+)\$\$\s*([^$]*)", re.DOTALL)
 _COMMAND = re.compile(r"`([^`]+)`")
 _MARKED = re.compile(r"\$([^$]+)\$|`([^`]+)`|\*\*([^*]+)\*\*")
 
+Sections = tuple[tuple[str, str], ...]
+"""Headings and HTML text."""
+
 
 def paragraphs(text: str) -> str:
     """Return paragraphs, which blank lines divide, as HTML."""
@@ -34,6 +37,11 @@ def phrase(text: str) -> str:
             parts.append(f"<code>{escape(name)}</code>" if name else f"<strong>{escape(strong)}</strong>")
         position = match.end()
     return "".join(parts) + escape(text[position:], quote=False)
+
+
+def phrases(*texts: str) -> tuple[str, ...]:
+    """Return texts without paragraphs, the items of a list, as HTML."""
+    return tuple(phrase(text) for text in texts)
 
 
 def _paragraph(text: str) -> str:

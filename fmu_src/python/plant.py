@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Generic, TypeVar
 
-from fmu_src.python.slave import TableSlave
 from models.plant.clock import CELL_LIMIT
 from models.plant.friction import ORDERED, TUNABLE
 from models.plant.neutral import DrillstringNeutral, InitialState, Outputs
 from models.plant.parameters import DrillstringParameters
+
+from .slave import TableSlave
 
 MOST_CELLS = 1e7
 MOST_BLOCKS_RUN = 2.0**52
@@ -34,10 +35,6 @@ class PlantSlave(TableSlave, Generic[Plant]):
 
     kind: type[Plant]
     plant: Plant
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.at = {variable.name: index for index, variable in enumerate(self.model.variables)}
 
     @abstractmethod
     def build(self, named: dict[str, Any], initial: InitialState, time: float) -> Plant:

@@ -6,7 +6,7 @@ import json
 from hashlib import sha256
 from typing import Any, cast
 
-from fmu_src.python import calls
+from . import calls
 
 _DIGEST_SIZE = 64
 

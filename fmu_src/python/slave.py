@@ -18,11 +18,11 @@ from typing import Any, ClassVar
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from fmu_src.python import calls, library, saved
-from fmu_src.python.calls import guarded
-from fmu_src.python.table import declaration
-from fmu_src.python.values import IllegalCall, Phase, Values
-from fmu_src.schema import Kind, Model, Value
+from ..schema import Kind, Model, Value
+from . import calls, library, saved
+from .calls import guarded
+from .table import declaration
+from .values import IllegalCall, Phase, Values
 
 
 class TableSlave(Fmi2Slave):
@@ -34,6 +34,8 @@ class TableSlave(Fmi2Slave):
         The interface table, a class attribute of the subclass.
     values : list
         One value per variable, by value reference; hooks write outputs here.
+    at : dict of str to int
+        Value references by name.
     time : float
         The communication point reached [s].
     """
@@ -49,6 +51,7 @@ class TableSlave(Fmi2Slave):
         self.modelName = self.model.name
         self._values = Values(self.model)
         self.values = self._values.current
+        self.at = {variable.name: reference for reference, variable in enumerate(self.model.variables)}
         self.time = 0.0
         self._phase = Phase.INSTANTIATED
         self._stale = True  # parameters or inputs have changed since the model was initialised

@@ -10,7 +10,7 @@ from math import inf, isfinite
 from pythonfmu import variables as declared
 from pythonfmu.enums import Fmi2Causality, Fmi2Initial, Fmi2Variability
 
-from fmu_src.schema import Value, Variable
+from ..schema import Value, Variable
 
 _CLASSES = {
     "Real": declared.Real,

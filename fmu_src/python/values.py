@@ -7,8 +7,8 @@ from enum import StrEnum
 from math import nan
 from typing import Any
 
-from fmu_src.python.table import first_value, misfit
-from fmu_src.schema import Kind, Model, Value
+from ..schema import Kind, Model, Value
+from .table import first_value, misfit
 
 
 class Phase(StrEnum):

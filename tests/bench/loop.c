@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "ds_neutral.h"
+#include "ds_table.h"
 #include "fmi2FunctionTypes.h"
 
 #if defined(_WIN32)
@@ -52,16 +53,16 @@ EXPORT double bench_kernel(double step, long steps, int cells)
 {
     const ds_parameters p = {79.3e9, 1.19e-5, 0.095, 1172.0, 89.0, 2000.0, 0.155575, 1.0, 0.03, 0.5, 0.8, 0.9};
     ds_neutral model;
-    ds_neutral_outputs outputs = {0};
+    double outputs[DS_VARIABLES] = {0};
     ds_neutral_build(&model, &p, cells, 0.0);
     ds_neutral_state *const state = malloc(ds_neutral_state_size(model.blocks));
     ds_neutral_start(&model, state, 0.0, 0.0, 10.0, 97347.0);
     for (long k = 0; k < steps; ++k) {
         ds_neutral_advance(&model, state, (double)k * step + step);
-        ds_neutral_read(&model, state, &outputs);
+        ds_neutral_read(&model, state, outputs);
     }
     free(state);
-    return outputs.bit_speed;
+    return outputs[DS_bit_speed];
 }
 
 /* fmi2DoStep and nothing else; 0 if all calls succeed */

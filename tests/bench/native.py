@@ -12,13 +12,17 @@ from pathlib import Path
 
 import fmpy
 
+from fmu_src.build.header import table_header
 from fmu_src.build.native import FLAGS, FMI_HEADERS, NATIVE
+from fmu_src.build.source_code import source_code
+from fmu_src.fmus import MODELS
 from tests.plant.drive import Drive
 from tests.plant.fmi import Instance
 
 MOST = 64
-# What knows the variables of an FMU, and so needs its table, is not the kernel.
-_VARIABLES = re.compile(r'#include "ds_(model|plant|table)\.h"')
+PLANT = MODELS["DrillstringNeutral"]
+# What is written for the FMI adapter is not the kernel.
+_ADAPTER = re.compile(r'#include "ds_(model|plant)\.h"')
 BUILD = Path(__file__).parents[2] / "build" / "bench"
 
 
@@ -43,9 +47,13 @@ def loops() -> ctypes.CDLL:
     """Compile loop.c with the kernel, as the FMUs are compiled, and load it."""
     BUILD.mkdir(parents=True, exist_ok=True)
     library = BUILD / f"loop{fmpy.sharedLibraryExtension}"
-    kernel = [path for path in sorted(NATIVE.glob("ds_*.c")) if not _VARIABLES.search(path.read_text(encoding="utf-8"))]
+    (BUILD / "ds_table.h").write_text(table_header(PLANT, "{bench}"), encoding="utf-8")
+    hand_written = [
+        NATIVE / name for name in sorted(source_code(PLANT)) if name.startswith("ds_") and name.endswith(".c")
+    ]
+    kernel = [path for path in hand_written if path.is_file() and not _ADAPTER.search(path.read_text(encoding="utf-8"))]
     sources = [Path(__file__).with_name("loop.c"), *kernel]
-    command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, "-I", NATIVE, "-I", FMI_HEADERS, *sources]
+    command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, "-I", BUILD, "-I", NATIVE, "-I", FMI_HEADERS, *sources]
     subprocess.run([*map(str, command), "-lm", "-o", str(library)], check=True)
     loaded = ctypes.CDLL(str(library))
     loaded.bench_kernel.argtypes, loaded.bench_kernel.restype = (c_double, c_long, c_int), c_double

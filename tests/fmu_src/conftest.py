@@ -17,9 +17,9 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 
-from fmu_src.build import bundle
+from fmu_src.build import python_packaging
 from fmu_src.build.building import build
-from fmu_src.build.description import Packaging
+from fmu_src.schema import Packaging
 from tests.fmu_src.gauge import GAUGE
 from tests.once import built_once
 
@@ -85,7 +85,8 @@ def gauge_fmu(run_folder: Path) -> Path:
 
 def build_gauge(output: Path, source: Path) -> Path:
     """Build the gauge from a source of its own."""
-    locate = bundle._locate
+    locate = python_packaging._locate
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bundle, "_locate", lambda name: source if name == "fmu_src.python.Gauge" else locate(name))
+        slave = "fmu_src.fmus.Gauge.slave"
+        patch.setattr(python_packaging, "_locate", lambda name: source if name == slave else locate(name))
         return build(GAUGE, Packaging.PYTHON, [], output)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import resvg_py
 
-from fmu_src.build.terminals import ICONS
+from fmu_src import project
 
 
 def drawings() -> list[Path]:
-    return sorted(ICONS.rglob("*.svg"))
+    return sorted([*project.ICONS.glob("*.svg"), *project.FMUS.glob("*/*.svg")])
 
 
 def draw(drawing: Path) -> bytes:

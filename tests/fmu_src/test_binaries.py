@@ -13,7 +13,7 @@ import lief
 import pytest
 
 from fmu_src.build.native import FMI_HEADERS
-from fmu_src.interface import MODELS
+from fmu_src.fmus import MODELS
 
 pytestmark = pytest.mark.cross_build
 

@@ -14,8 +14,8 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmu_src.build import project
-from fmu_src.interface import MODELS
+from fmu_src import project
+from fmu_src.fmus import MODELS
 from tests.once import built_once
 
 PACKAGINGS = ("native", "python")
@@ -143,7 +143,7 @@ def test_the_installed_package_builds_the_same_bytes(built: Path, wheel: Path, t
     place = tmp_path / "installed"
     zipfile.ZipFile(wheel).extractall(place)
     ours = {"ZIG_GLOBAL_CACHE_DIR": str(project.ROOT / "build" / "zig" / "global"), "PYTHONPATH": str(place)}
-    command = [sys.executable, "-m", "cosim.fmu_src", "--output", str(tmp_path / "output")]
+    command = [sys.executable, "-m", "cosim.fmu_src.build", "--output", str(tmp_path / "output")]
     done = subprocess.run(
         command, cwd=tmp_path, env=os.environ | ours, capture_output=True, text=True, check=False
     )  # fmt: skip
@@ -164,7 +164,7 @@ def test_a_library_is_the_same_whatever_others_are_beside_it(built: Path, name: 
 
 def test_an_edit_changes_the_identity(built: Path, tmp_path: Path) -> None:
     elsewhere = copy_sources(tmp_path / "edited")
-    for source in ("fmu_src/native/model_WeightOnBitLaw.c", "fmu_src/python/WeightOnBitLaw.py"):
+    for source in ("fmu_src/fmus/WeightOnBitLaw/model.c", "fmu_src/fmus/WeightOnBitLaw/slave.py"):
         path = elsewhere / source
         path.write_text(path.read_text() + "\n")
     done = run(elsewhere, "--output", tmp_path / "output", "WeightOnBitLaw")
@@ -194,6 +194,16 @@ def test_an_unknown_model_is_refused_with_the_list(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert f"Drillstring: no such model; expected any of {', '.join(MODELS)}" in done.stderr
     assert not (tmp_path / "output").exists()
+
+
+def test_a_folder_without_an_interface_table_of_its_name_is_refused(tmp_path: Path) -> None:
+    elsewhere = copy_sources(tmp_path / "renamed")
+    fmus = elsewhere / "fmu_src" / "fmus"
+    (fmus / "WeightOnBitLaw").rename(fmus / "WeightLaw")
+    done = run(elsewhere, "--output", tmp_path / "output")
+    path = fmus / "WeightLaw" / "interface.py"
+    sentence = f"error: {path} defines no MODEL with the name of its folder, WeightLaw\n"
+    assert (done.returncode, done.stderr) == (1, sentence)
 
 
 def test_an_output_that_cannot_be_written_is_refused(tmp_path: Path) -> None:

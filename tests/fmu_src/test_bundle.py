@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src.build import bundle, project
-from fmu_src.build.errors import BuildError
+from fmu_src import project
+from fmu_src.build.python_packaging import bundle
+from fmu_src.errors import BuildError
 
 
 @pytest.fixture
@@ -25,7 +26,7 @@ def main(tree: Path, source: str) -> None:
 def test_only_what_is_imported_is_bundled_and_all_imports_point_inside(tree: Path) -> None:
     (tree / "models" / "unused.py").write_text("")
     main(tree, "import math\nfrom models import base\nfrom models.base import TEXT\nimport models.base as other\n")
-    package, files = bundle.bundle("models.main")
+    package, files = bundle("models.main")
     assert sorted(files) == [
         f"{package}/__init__.py", f"{package}/models/__init__.py", f"{package}/models/base.py",
         f"{package}/models/main.py",
@@ -39,16 +40,16 @@ def test_only_what_is_imported_is_bundled_and_all_imports_point_inside(tree: Pat
 
 def test_an_import_inside_a_function_points_inside(tree: Path) -> None:
     main(tree, "def ü():\n    'ü'; from models.base import TEXT; return TEXT\n")
-    package, files = bundle.bundle("models.main")
+    package, files = bundle("models.main")
     assert f"from {package}.models.base import TEXT; return" in files[f"{package}/models/main.py"].decode()
 
 
 def test_the_name_follows_the_content(tree: Path) -> None:
     main(tree, "from models.base import TEXT\n")
-    first, _ = bundle.bundle("models.main")
-    assert bundle.bundle("models.main")[0] == first
+    first, _ = bundle("models.main")
+    assert bundle("models.main")[0] == first
     (tree / "models" / "base.py").write_text('TEXT = "other"\n')
-    assert bundle.bundle("models.main")[0] != first
+    assert bundle("models.main")[0] != first
 
 
 @pytest.mark.parametrize(
@@ -62,4 +63,4 @@ def test_the_name_follows_the_content(tree: Path) -> None:
 def test_what_cannot_be_bundled_is_refused(tree: Path, source: str, message: str) -> None:
     main(tree, source)
     with pytest.raises(BuildError, match=message):
-        bundle.bundle("models.main")
+        bundle("models.main")

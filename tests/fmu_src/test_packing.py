@@ -10,9 +10,9 @@ import pytest
 
 from fmu_src.build import native as native_build
 from fmu_src.build import packing
-from fmu_src.build.description import Packaging, model_description
-from fmu_src.build.errors import BuildError
-from fmu_src.schema import Model
+from fmu_src.build.description import model_description
+from fmu_src.errors import BuildError
+from fmu_src.schema import Model, Packaging
 from tests.fmu_src.gauge import GAUGE
 
 

@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmu_src.interface import MODELS
-from fmu_src.page.guide import compiling
+from fmu_src.fmus import MODELS
+from fmu_src.page.compiling import compiling
 from fmu_src.page.mathml import mathml
 from fmu_src.page.prose import paragraphs, phrase
 

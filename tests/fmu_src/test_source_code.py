@@ -18,7 +18,7 @@ import pytest
 from lxml import etree
 
 from fmu_src.build.native import FMI_HEADERS
-from fmu_src.interface import MODELS
+from fmu_src.fmus import MODELS
 from tests.fmu_src.conftest import Instance
 from tests.once import built_once
 

@@ -10,12 +10,12 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmu_src.build.description import Packaging, model_description
+from fmu_src.build.description import model_description
 from fmu_src.build.header import table_header, table_source
 from fmu_src.build.native import NATIVE
-from fmu_src.interface import MODELS
+from fmu_src.fmus import MODELS
 from fmu_src.page.page import documentation_page
-from fmu_src.schema import Model
+from fmu_src.schema import Model, Packaging
 from tests.fmu_src.gauge import GAUGE
 
 ALL = [*MODELS.values(), GAUGE]

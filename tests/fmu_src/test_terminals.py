@@ -13,9 +13,10 @@ import pytest
 from lxml import etree
 from matplotlib.image import imread
 
-from fmu_src.interface import MODELS
+from fmu_src.fmus import MODELS
 from fmu_src.schema import Model
 from tests.fmu_src.draw import draw, drawings
+from tests.plant.drive import PLANTS
 
 DIST = Path(__file__).parents[2] / "dist"
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"
@@ -26,7 +27,7 @@ def described(archive: zipfile.ZipFile) -> etree._Element:
     return etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
 
 
-@pytest.mark.parametrize("drawing", drawings(), ids=lambda drawing: drawing.stem)
+@pytest.mark.parametrize("drawing", drawings(), ids=lambda drawing: f"{drawing.parent.name}/{drawing.stem}")
 def test_every_icon_is_drawn_as_its_drawing_says(drawing: Path) -> None:
     drawn, kept = (imread(io.BytesIO(image)) for image in (draw(drawing), drawing.with_suffix(".png").read_bytes()))
     assert drawn.shape == kept.shape
@@ -62,7 +63,7 @@ def test_every_input_is_in_a_terminal(model: Model) -> None:
     assert {variable.name for variable in model.select("input")} <= joined
 
 
-@pytest.mark.parametrize("string", ["DrillstringNeutral", "DrillstringDistributed"])
+@pytest.mark.parametrize("string", PLANTS)
 @pytest.mark.parametrize("name", ["DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"])
 def test_terminals_of_one_name_join_outputs_of_one_unit_to_inputs(name: str, string: str) -> None:
     plant, other = MODELS[string], MODELS[name]

@@ -14,7 +14,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from cosim.system.structure import System
-from fmu_src.interface import MODELS
+from fmu_src.fmus import MODELS
 from tests.importers.container import make_container
 from tests.importers.loop import multiples, once_in_order, run
 from tests.importers.systems import (

@@ -7,8 +7,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from fmu_src import project
 from fmu_src.build.native import NATIVE
-from fmu_src.interface import MODELS
+from fmu_src.fmus import MODELS
 from tests.native.programs import BUILD, COVERAGE, ROOT, SEED, MissingToolError, compile_linked, run
 
 LEAST = 95.0
@@ -34,6 +35,8 @@ def report(summary: Path) -> str:
         ROOT,
         "--filter",
         f"{NATIVE}/",
+        "--filter",
+        f"{project.FMUS}/",
         "--txt",
         "-",
         "--txt-metric",

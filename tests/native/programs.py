@@ -14,11 +14,12 @@ from pathlib import Path
 
 from filelock import FileLock
 
+from fmu_src import project
 from fmu_src.build import native as native_build
 from fmu_src.build.header import table_header
 from fmu_src.build.native import FMI_HEADERS, NATIVE, TARGETS, Target
-from fmu_src.build.source_code import source_code
-from fmu_src.interface import MODELS
+from fmu_src.build.source_code import source_code, source_path
+from fmu_src.fmus import MODELS
 
 DRIVER = Path(__file__).parent
 ROOT = DRIVER.parents[1]
@@ -113,14 +114,15 @@ def _compile_linked(model: str, kind: Kind, folder: Path) -> Path:
     generated = [name for name in code if name.startswith("ds_table.")]
     for name in generated:
         (folder / name).write_bytes(code[name])
-    hand_written = [NATIVE / name for name in code if name.endswith(".c") and (NATIVE / name).is_file()]
+    paths = (source_path(MODELS[model], name) for name in code if name.endswith(".c"))
+    hand_written = [path for path in paths if path is not None]
     if kind.edit is not None:
         text = (NATIVE / kind.edit.file).read_text()
         assert kind.edit.old in text, f"{kind.edit.file} no longer holds {kind.edit.old!r}"
         (folder / kind.edit.file).write_text(text.replace(kind.edit.old, kind.edit.new))
         hand_written = [path for path in hand_written if path.name != kind.edit.file] + [folder / kind.edit.file]
     driver = [DRIVER / name for name in (*kind.mains, *_SHARED, *_LINKED)]
-    headers = [f"-I{path}" for path in (folder, NATIVE, FMI_HEADERS, DRIVER)]
+    headers = [f"-I{path}" for path in (folder, project.FMUS / model, NATIVE, FMI_HEADERS, DRIVER)]
     sources = [folder / "ds_table.c", *hand_written, *driver]
     command = [find_compiler(kind.compiler), *WARNINGS, *kind.flags, *headers, *map(str, sources), *_WRAPPED, "-lm"]
     return _compile(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src.interface import MODELS
+from fmu_src.fmus import MODELS
 from tests.native.programs import ADDRESS, FUZZ, MEMORY, SEED, THREAD, Edit, Kind, compile_linked, run
 
 pytestmark = pytest.mark.hardening

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from fmu_src.build.native import host_target
-from fmu_src.interface import MODELS
+from fmu_src.fmus import MODELS
 from tests.native.programs import PACKAGES, SEED, MissingToolError, compile_loaded, find, library, run, target_named
 
 pytestmark = [pytest.mark.cross_build, pytest.mark.emulator]

@@ -8,12 +8,29 @@ from typing import Any, NamedTuple
 
 from fmpy import fmi2
 
+from fmu_src.fmus import MODELS
+from fmu_src.schema import Model
 from tests.plant.drive import PLANTS
 from tests.plant.fmi import DISCARD, ERROR, OK, Instance, must
 
-MODELS = [*PLANTS, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
-TUNABLE = dict.fromkeys(MODELS, "c_b") | {"WeightOnBitLaw": "K_w"}
-OUTPUT = dict.fromkeys(MODELS, "Omega") | dict.fromkeys(PLANTS, "top_speed") | {"WeightOnBitLaw": "WOB"}
+
+def _tunable(model: Model) -> str:
+    """Return a variable that can be set to 0.5 at any time."""
+    for variable in (*model.select("parameter"), *model.select("input")):
+        low, high = variable.bounds
+        if variable.kind == "Real" and variable.variability != "fixed" and low <= 0.5 <= high:
+            return variable.name
+    raise ValueError(f"{model.name} has no Real that can be set to 0.5 at any time")
+
+
+def _output(model: Model) -> str:
+    """Return a Real output, one that answers an input at once if there is any."""
+    outputs = [variable for variable in model.select("output") if variable.kind == "Real"]
+    return next((output.name for output in outputs if output.dependencies), outputs[0].name)
+
+
+TUNABLE = {name: _tunable(model) for name, model in MODELS.items()}
+OUTPUT = {name: _output(model) for name, model in MODELS.items()}
 START: dict[str, dict[str, Any]] = {model: {"cells": 60} if model in PLANTS else {} for model in MODELS}
 
 INSTANTIATED, INITIALIZATION, COMPLETE, FAILED, TERMINATED, IN_ERROR = (
@@ -134,6 +151,7 @@ def arguments(fmu: Instance, model: str, objects: Objects) -> dict[str, tuple[An
 
 def due(model: str, function: str, state: str) -> int:
     """Return the status a call must have."""
-    if not served(function, state) or (model, function) == ("DrillingProgram", "GetDirectionalDerivative"):
-        return ERROR  # the program has no inputs and says that it provides none
+    provided = function != "GetDirectionalDerivative" or MODELS[model].has_real_inputs
+    if not (served(function, state) and provided):
+        return ERROR
     return DISCARD if function in WITHOUT_ANSWER else OK

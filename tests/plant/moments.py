@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.plant.drive import DAMPED, PLANT, PLANTS, Drive
+from tests.plant.drive import DAMPED, PLANT, Drive
 
 MOMENTS = {
     # Fig. 2 with jumps of the inputs on the way
@@ -13,7 +13,6 @@ MOMENTS = {
     "long after": 60.0001,
 }
 PACKAGINGS = ("native", "python")
-MODELS = [*PLANTS, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
 LATER = [0.001, 0.31, 0.3100001, 2.9, 9.0]
 SLOW = {"cells": 60}
 BEGINS: dict[str, dict[str, float]] = {PLANT: SLOW, DAMPED: SLOW | {"beta": 0.1, "stations": 3}}

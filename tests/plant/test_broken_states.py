@@ -6,9 +6,10 @@ from ctypes import byref, c_size_t, create_string_buffer
 
 import pytest
 
+from fmu_src.fmus import MODELS
 from tests.plant.drive import PLANT, PLANTS, Drive
 from tests.plant.fmi import DISCARD, ERROR, OK, must
-from tests.plant.moments import MODELS, SLOW, continued, drive_to
+from tests.plant.moments import SLOW, continued, drive_to
 
 
 @pytest.mark.parametrize("place", [0, 5, 50, 200, 5000, -1])

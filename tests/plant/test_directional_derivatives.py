@@ -12,12 +12,13 @@ from math import copysign, inf, nan
 import numpy as np
 import pytest
 
+from fmu_src.fmus import MODELS
 from tests.plant import theory
-from tests.plant.drive import DAMPED, PLANT, PLANTS, Drive
+from tests.plant.drive import DAMPED, PLANT, Drive
 from tests.plant.fmi import ERROR, OK, Instance, must
 from tests.plant.programs import PAPER
 
-LAWS = ("DissipativeLaw", "WeightOnBitLaw")
+DRIVEN = [name for name, model in MODELS.items() if model.has_real_inputs]
 SHORT = 1e-9
 """A step in which nothing moves by more than 1e-7 rad/s [s]."""
 MOMENTS = {"stuck": (10.0, 1.8), "slipping": (10.0, 3.4), "slipping back": (-10.0, 3.4)}
@@ -283,7 +284,7 @@ def test_a_model_without_inputs_provides_none():
             assert fresh.messages[-1].text.endswith("is not provided: DrillingProgram has no inputs")
 
 
-@pytest.mark.parametrize("model", [*PLANTS, *LAWS])
+@pytest.mark.parametrize("model", DRIVEN)
 def test_the_description_promises_them(model):
     with Drive(model, {}) as fmu:
         assert fmu.library.description.coSimulation.providesDirectionalDerivative
@@ -295,7 +296,7 @@ def test_the_description_promises_them(model):
         assert ask(fmu, names_of(fmu, "output")[0], names_of(fmu, "input")[0]) == OK
 
 
-@pytest.mark.parametrize("model", [*PLANTS, *LAWS])
+@pytest.mark.parametrize("model", DRIVEN)
 def test_asking_changes_nothing(model):
     with Drive(model, {}) as asked, Drive(model, {}) as other:
         for end in (1.0, 3.4, 5.0):

@@ -7,8 +7,9 @@ from ctypes import byref, c_double, c_int
 import numpy as np
 import pytest
 
+from fmu_src.fmus import MODELS
 from tests.oracle import Program
-from tests.plant.drive import PLANT, PLANTS, RANGE, Drive, follow
+from tests.plant.drive import PLANT, RANGE, Drive, follow
 from tests.plant.fmi import DISCARD, ERROR, OK, Instance, must
 from tests.plant.programs import PAPER
 
@@ -162,7 +163,7 @@ def test_a_law_takes_a_held_input_as_it_is():
         assert law.get("Omega") == pytest.approx(negative, rel=1e-6)
 
 
-@pytest.mark.parametrize("model", [*PLANTS, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"])
+@pytest.mark.parametrize("model", MODELS)
 def test_every_real_input_takes_a_derivative_of_order_one_and_nothing_else_does(model):
     with Drive(model, {}) as fmu:
         inputs = [name for name, variable in fmu.variables.items() if variable.causality == "input"]

@@ -10,12 +10,12 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
-from tests.plant.drive import PLANT, PLANTS, Drive
+from fmu_src.fmus import MODELS
+from tests.plant.drive import PLANT, Drive
 from tests.plant.fmi import DISCARD, ERROR, OK, WARNING, Instance, must
 from tests.plant.programs import solved
 
 SLOW = {"cells": 60}
-MODELS = [*PLANTS, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
 PACKAGINGS = ("native", "python")
 CATEGORIES = ["logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logAll"]
 

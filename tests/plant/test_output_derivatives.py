@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fmu_src.fmus import MODELS
 from tests.oracle import OracleSolution
 from tests.plant import theory
-from tests.plant.drive import PLANT, PLANTS, Drive, points, travel
+from tests.plant.drive import PLANT, Drive, points, travel
 from tests.plant.fmi import ERROR, Instance, must
 from tests.plant.judge import away_from
 from tests.plant.programs import CASES, PAPER, RAMPS, Case, solved
 
-MODELS = [*PLANTS, "DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"]
 MOVING = (
     "bit_speed", "top_speed", "bit_torque", "top_torque", "bit_angle", "top_angle", "energy", "work_in", "bit_loss",
     "drive_work", "top_loss",

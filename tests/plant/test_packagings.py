@@ -10,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from fmu_src.fmus import MODELS
 from tests.plant.drive import DAMPED, PLANT, Drive, follow
 from tests.plant.programs import CASES, PAPER, SPEED, WEIGHT
 
@@ -78,6 +79,17 @@ def assert_same_bits(model: str, start_values: Change, course: Sequence[Turn], s
     native, python = (answers(model, packaging, start_values, course, start) for packaging in ("native", "python"))
     assert np.isfinite(native).all()
     assert native.tobytes() == python.tobytes()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_fmu_gives_the_same_bits_for_inputs_at_random(model):
+    random = np.random.default_rng(7)
+    inputs = [variable for variable in MODELS[model].select("input") if variable.kind == "Real"]
+    course = []
+    for size in random.uniform(1e-4, 1.0, 100).tolist():
+        drawn = {v.name: v.start + 5.0 * v.nominal * random.uniform(-1.0, 1.0) for v in inputs}
+        course.append((size, {v.name: float(np.clip(drawn[v.name], *v.bounds)) for v in inputs}))
+    assert_same_bits(model, {}, course)
 
 
 @pytest.mark.parametrize("step", [0.01, 0.37])

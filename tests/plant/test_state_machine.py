@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from fmpy import fmi2
 
+from fmu_src.fmus import MODELS
 from tests.plant.calls import (
     ALLOWED,
     COMPLETE,
@@ -22,7 +23,6 @@ from tests.plant.calls import (
     IN_ERROR,
     INITIALIZATION,
     INSTANTIATED,
-    MODELS,
     NULL,
     START,
     TERMINATED,

@@ -11,9 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from fmu_src.fmus import MODELS
+from tests.plant.calls import TUNABLE
 from tests.plant.drive import PLANT, PLANTS, Drive
 from tests.plant.fmi import OK, Instance, must
-from tests.plant.moments import LATER, MODELS, MOMENTS, PACKAGINGS, SLOW, continued, drive_to
+from tests.plant.moments import LATER, MOMENTS, PACKAGINGS, SLOW, continued, drive_to
 
 ROOT = Path(__file__).parents[2]
 
@@ -142,7 +144,7 @@ def test_equal_states_have_equal_bytes(model):
         assert one.serialized() == state
 
 
-@pytest.mark.parametrize("model", ["DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"])
+@pytest.mark.parametrize("model", sorted(MODELS.keys() - {*PLANTS}))
 @pytest.mark.parametrize("packaging", PACKAGINGS)
 def test_laws_and_program_repeat_the_same_bits(model, packaging):
     start = {"speed_final": 20.0, "speed_duration": 3.0} if model == "DrillingProgram" else {}
@@ -152,8 +154,8 @@ def test_laws_and_program_repeat_the_same_bits(model, packaging):
         for _ in range(2):
             assert fmu.restore(state) == OK
             fmu.time = 0.5
-            if "bit_speed" in fmu.variables:
-                fmu.put(bit_speed=7.0)
+            for variable in MODELS[model].select("input"):
+                fmu.put(**{variable.name: 7.0})
             fmu.go(1.25)
             rows.append(fmu.outputs())
         assert rows[0] == rows[1]
@@ -188,9 +190,10 @@ def test_a_state_can_be_serialised_in_threads():
 def test_reset_brings_back_the_start(model, packaging):
     with Drive(model, {}, packaging) as fmu:
         start = {name: fmu.get(name) for name in fmu.variables if fmu.kind(name) != "String"}
-        fmu.put(**{"c_b": 20.0} if "c_b" in fmu.variables else {"K_w": 20.0})
-        if "bit_speed" in fmu.variables and model not in PLANTS:
-            fmu.put(bit_speed=3.0)
+        fmu.put(**{TUNABLE[model]: 0.5})
+        if model not in PLANTS:
+            for variable in MODELS[model].select("input"):
+                fmu.put(**{variable.name: 3.0})
         fmu.go(3.0)
         assert {name: fmu.get(name) for name in start} != start
         must(fmu, fmu.call("Reset"))

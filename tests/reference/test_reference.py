@@ -10,12 +10,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fmu_src.interface import MODELS as TABLES
-from tests.reference import laws
-from tests.reference.catalogue import FOLDER, MODELS
+from fmu_src.fmus import MODELS as TABLES
+from tests.reference import dissipative_law as law
+from tests.reference.catalogue import MODELS, folder_of
+from tests.reference.drillstring_neutral import Plant
 from tests.reference.experiment import Experiment
 from tests.reference.files import reference_files
-from tests.reference.plant import Plant
 
 CASES = [(model, experiment.name) for model, experiments in MODELS.items() for experiment in experiments]
 METHOD = {"cells_used", "breaks_folded", "folded_energy"}
@@ -42,7 +42,7 @@ def plant_events(name: str) -> Plant:
 
 @pytest.mark.parametrize("model", MODELS)
 def test_committed_descriptions_and_inputs_are_those_made_anew(model):
-    committed = {path.name: path.read_text(encoding="utf-8").encode() for path in (FOLDER / model).iterdir()}
+    committed = {path.name: path.read_text(encoding="utf-8").encode() for path in folder_of(model).iterdir()}
     assert set(committed) == set(made_anew(model))
     for name, content in made_anew(model).items():
         if not name.endswith("_ref.csv"):
@@ -51,14 +51,14 @@ def test_committed_descriptions_and_inputs_are_those_made_anew(model):
 
 @pytest.mark.parametrize(("model", "name"), CASES)
 def test_committed_results_are_those_made_anew_to_ten_digits(model, name):
-    committed = table((FOLDER / model / f"{name}_ref.csv").read_bytes())
+    committed = table((folder_of(model) / f"{name}_ref.csv").read_bytes())
     anew = table(made_anew(model)[f"{name}_ref.csv"])
     assert list(committed) == list(anew)
     for column, values in anew.items():
         assert np.abs(committed[column] - values).max() <= 1e-10 * np.abs(values).max(), column
 
 
-@pytest.mark.parametrize("model", TABLES)
+@pytest.mark.parametrize("model", MODELS)
 def test_every_output_has_a_reference_unless_it_tells_of_the_method(model):
     outputs = {variable.name for variable in TABLES[model].select("output")} - METHOD
     for case in MODELS[model]:
@@ -67,7 +67,7 @@ def test_every_output_has_a_reference_unless_it_tells_of_the_method(model):
 
 @pytest.mark.parametrize(("model", "name"), CASES)
 def test_every_tolerance_has_a_reason_and_is_far_below_what_it_judges(model, name):
-    values = table((FOLDER / model / f"{name}_ref.csv").read_bytes())
+    values = table((folder_of(model) / f"{name}_ref.csv").read_bytes())
     for variable, tolerance in experiment(model, name).tolerances.items():
         assert tolerance.reason
         reach = np.abs(values[variable]).max()
@@ -92,10 +92,10 @@ def test_plant_has_at_most_the_events_its_tolerances_speak_of(case):
 
 
 def test_no_sample_of_a_law_is_near_a_threshold():
-    for case in laws.DISSIPATIVE_LAW:
+    for case in law.EXPERIMENTS:
         files = made_anew("DissipativeLaw")
         omega = table(files[f"{case.name}_ref.csv"])
-        limit = 40.0 if case.name == "printed" else laws.TRACKING["Omega_max"]
+        limit = 40.0 if case.name == "printed" else law.TRACKING["Omega_max"]
         free = omega["limit_active"] == 0
         assert (limit - np.abs(omega["Omega"][free])).min() > 1e-6
         assert (omega["Omega"][~free] == np.copysign(limit, omega["Omega"][~free])).all()

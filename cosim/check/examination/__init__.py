@@ -1,1 +1,1 @@
-"""An FMU put to the test: its library is called, in a process of its own, as importers call it."""
+"""Put an FMU to the test: call its library, in a process of its own, as importers call it."""

@@ -1,4 +1,4 @@
-"""The checks of a running FMU, in order: what each is called, what it does, and which must have passed before."""
+"""List the checks of a running FMU in order: the name and deed of each, and which must have passed before."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""What the checks of a running FMU share: its library, the exercise, and what an undisturbed run of it gives.
+"""Hold what the checks of a running FMU share: its library, the exercise, and the record of an undisturbed run.
 
-Debug logging: categories that are declared, and silence when it is off (FMI 2.0.4, section 2.1.5).
+Its messages are checked here too: their categories are declared, and there are none when debug logging is off (FMI
+2.0.4, section 2.1.5).
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class Bench:
 
     @property
     def description(self) -> Description:
-        """What the FMU says about itself."""
+        """Return what the FMU says about itself."""
         return self.library.description
 
     def continuous(self, causality: str) -> tuple[Variable, ...]:
@@ -64,7 +65,7 @@ class Bench:
 
     @property
     def plan(self) -> Plan:
-        """How far runs go."""
+        """Return how far runs go."""
         return self.exercise.plan
 
     def adopt(self, plan: Plan) -> None:

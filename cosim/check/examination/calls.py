@@ -1,10 +1,8 @@
-"""Whether an FMU loads, starts as it says, runs, and can be ended in every legal order (FMI 2.0.4, section 4.2.4).
+"""Check the calling sequence: an FMU loads, starts as it says, runs, and ends in every legal order.
 
-What no importer should do, and what an FMU had better refuse: values out of bounds, unknown references, wrong order.
-
-None of this is for an FMU to survive by the standard, so nothing here fails one.
-
-Whether an FMU copes with importers' time: another start, points added up, steps of changing size.
+The legal orders are those of FMI 2.0.4, section 4.2.4. Importers' time is tried too: another start, points added up,
+steps of changing size. Last comes what an FMU had better refuse: values out of bounds, unknown references, wrong order;
+the standard asks no FMU to survive that, so none is failed for it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Derivatives of inputs over time, and of outputs by inputs (FMI 2.0.4, sections 4.2.1 and 2.1.9).
+"""Check derivatives: of inputs and outputs over time (FMI 2.0.4, section 4.2.1), of outputs by inputs (section 2.1.9).
 
-Derivatives of outputs over time, beside differences of the outputs (FMI 2.0.4, section 4.2.1).
+Each is compared with differences of what the FMU computes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A run that gives an FMU something to do, repeated in many ways that must not make a difference, and its record."""
+"""Give an FMU something to do, in many ways that must not make a difference, and record it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SHARE = 0.05
 
 @dataclass(frozen=True)
 class Plan:
-    """How far a run goes.
+    """Limit a run.
 
     Attributes
     ----------

@@ -1,13 +1,12 @@
-"""An FMU called through the bare functions of FMI 2.0, so that every status can be seen and every rule tried.
+"""Call an FMU through the bare functions of FMI 2.0, so that every status can be seen and every rule tried.
 
-`cosim.fmi2.fmu_slave` is for runs that should succeed; this is for finding out what an FMU does.
-
-Many variables got or set at once, on memory laid out beforehand.
+`cosim.fmi2.fmu_slave` is for runs that should succeed; this is for finding out what an FMU does. Many variables are got
+or set at once, on memory laid out beforehand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p, create_string_buffer
 from pathlib import Path
 from types import TracebackType
@@ -45,7 +44,7 @@ class CallError(Exception):
 
 
 class Message(NamedTuple):
-    """What an FMU told its logger."""
+    """Hold a message that an FMU gave its logger."""
 
     status: int
     category: str
@@ -104,12 +103,12 @@ class Instance:
 
     @property
     def messages(self) -> list[Message]:
-        """What the FMU has logged."""
+        """Return the messages that the FMU has logged."""
         return self._listener.messages
 
     @property
     def reason(self) -> str:
-        """What the FMU has said of its failures, in one line."""
+        """Return the FMU's messages about its failures, in one line."""
         return self._listener.failure()
 
     def call(self, function: str, *arguments: Any) -> int:
@@ -127,12 +126,17 @@ class Instance:
         if status not in ACCEPTED:
             raise CallError(function, status, self.time, self.reason)
 
-    def initialise(self, start: float = 0.0, stop: float | None = None) -> None:
-        """Go from instantiated to the first communication point [s]; CallError if that fails."""
+    def initialise(self, start: float = 0.0, prepare: Callable[[], None] | None = None) -> None:
+        """Go from instantiated to the first communication point [s]; CallError if that fails.
+
+        `prepare` sets values once the experiment is set up: there are FMUs that put back then what was set before.
+        """
         if self.component is None:
             raise CallError("Instantiate", ERROR, start, self.reason or "no instance was returned")
         self.time = start
-        self.must("SetupExperiment", 0, 0.0, start, int(stop is not None), 0.0 if stop is None else stop)
+        self.must("SetupExperiment", 0, 0.0, start, 0, 0.0)
+        if prepare is not None:
+            prepare()
         self.must("EnterInitializationMode")
         self.must("ExitInitializationMode")
 

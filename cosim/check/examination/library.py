@@ -1,4 +1,4 @@
-"""The functions of a loaded FMU, bound so that the last one called is known even after a crash."""
+"""Bind the functions of a loaded FMU so that the last one called is known even after a crash."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cosim.system.description import Description
 
 CO_SIMULATION = 1
 ELEMENTS: Mapping[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
-"""What the values of each base type are in C."""
+"""The C type of the values of each base type."""
 
 _REALS, _INTEGERS, _TEXTS, _REFERENCES = POINTER(c_double), POINTER(c_int), POINTER(c_char_p), POINTER(c_uint)
 _ARRAYS: Mapping[str, Any] = {"Real": _REALS, "Integer": _INTEGERS, "Boolean": _INTEGERS, "String": _TEXTS}

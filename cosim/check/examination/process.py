@@ -1,4 +1,4 @@
-"""Checks done in processes of their own, so that an FMU that crashes or hangs takes down nothing but its process."""
+"""Do checks in processes of their own, so that an FMU that crashes or hangs takes down nothing but its process."""
 
 from __future__ import annotations
 

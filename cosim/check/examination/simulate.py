@@ -1,4 +1,4 @@
-"""The run of one reference experiment, and its comparison."""
+"""Run one reference experiment, and compare the results."""
 
 from __future__ import annotations
 
@@ -132,10 +132,13 @@ class Run:
 
     def results(self, instance: Instance, advance: Advance = Instance.step) -> list[Result]:
         """Run to where experiment or FMU ends, `advance` taking each step; CallError if a call fails."""
-        for variable, value in self._start_values.items():
-            instance.must_set(variable, value)
-        self._set_inputs(instance, self.points[0])
-        instance.initialise(self.points[0])
+
+        def prepare() -> None:
+            for variable, value in self._start_values.items():
+                instance.must_set(variable, value)
+            self._set_inputs(instance, self.points[0])
+
+        instance.initialise(self.points[0], prepare)
         rows = [self._read(instance)]
         for here, there in zip(self.points[:-1], self.points[1:], strict=True):
             self._set_inputs(instance, here)

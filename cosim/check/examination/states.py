@@ -1,6 +1,7 @@
-"""Whether states are kept whole: restored, serialised, restored in another process (FMI 2.0.4, section 2.1.8).
+"""Check that instances keep their state whole and to themselves.
 
-Whether instances are the same and leave each other alone, and whether a reset makes one new.
+A state is restored, serialised, and restored in another process (FMI 2.0.4, section 2.1.8); instances are the same and
+leave each other alone; a reset makes one new.
 """
 
 from __future__ import annotations

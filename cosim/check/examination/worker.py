@@ -1,4 +1,4 @@
-"""The process in which an FMU under test runs: python -m cosim.check.examination.worker JOB.
+"""Run an FMU under test in this process: python -m cosim.check.examination.worker JOB.
 
 It tells what it does in a file, line by line, so that the process that started it knows where it stopped, should the
 FMU take it down.
@@ -29,7 +29,7 @@ from cosim.system.description import Description
 
 JOURNAL, TRACE = "journal.jsonl", "trace"
 UNLOADING = "unloading"
-"""What the journal says after the last check, and before the end of the process."""
+"""The journal's entry after the last check, and before the end of the process."""
 
 EXPERIMENT = "experiment:"
 """Prefix of the check that runs an experiment of the reference."""
@@ -37,7 +37,7 @@ EXPERIMENT = "experiment:"
 
 @dataclass(frozen=True)
 class Job:
-    """What a worker does.
+    """Set a worker its task.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Job:
 
 
 class Progress:
-    """What the worker says it does, one JSON object a line.
+    """Write down what the worker is about to do, one JSON object a line.
 
     Parameters
     ----------

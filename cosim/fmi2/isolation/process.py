@@ -1,8 +1,6 @@
-"""The process of an isolated FMU as the master sees it: asked, timed, and ended.
+"""Ask, time and end the process of an isolated FMU.
 
 This keeps a faulty FMU from taking the master down. It is no sandbox: the process may do whatever its user may.
-
-The end of a process that ran other people's code: how to bring it about, and what its exit code says.
 
 
 """
@@ -38,7 +36,7 @@ class ProcessLostError(Exception):
 
 @dataclass(frozen=True)
 class Reply:
-    """What the process answered: whether the operation failed, and what else there is to say."""
+    """Hold an answer of the process: whether the operation failed, and what else there is to say."""
 
     failed: bool
     content: dict[str, Any]

@@ -1,4 +1,4 @@
-"""What the master and the process of an isolated FMU say to each other.
+"""Speak between the master and the process of an isolated FMU.
 
 Requests and replies go through pipes, values through memory that both have mapped: a header, in which the process notes
 what it is doing, then two rows of the component's block. Row 0 is for initialisation, as FMUs take slopes from row 1
@@ -24,7 +24,7 @@ REQUEST = struct.Struct("<BbiddI")
 """Operation; row to be written first, or -1; slot; time and size [s]; bytes of JSON that follow."""
 
 REPLY = struct.Struct("<BI")
-"""Whether the operation failed; bytes of JSON that follow."""
+"""Failure of the operation (0 or 1); bytes of JSON that follow."""
 
 MOST_REPLY = 2**20
 """Bytes of JSON in a reply."""
@@ -36,7 +36,7 @@ _ROWS = 2
 
 
 class Operation(IntEnum):
-    """What the process is asked to do, or says that it is doing."""
+    """Name what the process is asked to do, or says that it is doing."""
 
     START = 0
     OPEN = 1
@@ -55,7 +55,7 @@ class Operation(IntEnum):
 
     @property
     def phrase(self) -> str:
-        """Where in a run the FMU was, to end a sentence."""
+        """Tell where in a run the FMU was, to end a sentence."""
         return _PHRASES[self]
 
 

@@ -1,4 +1,4 @@
-"""What SSP has no word for, as annotations: how a system is run and drawn, and which components stand for signals."""
+"""Say in annotations what SSP has no word for: how a system is run and drawn, and which components are signals."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cosim.system.structure import PowerBond
 
 @dataclass(frozen=True)
 class Remarks:
-    """What the annotation on a description says; None where it says nothing.
+    """Hold what the annotation on a description says; None where it says nothing.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ def mark_as_signals(component: Element) -> None:
 
 
 def stands_for_signals(component: Element) -> bool:
-    """Whether a component carries the annotation."""
+    """Tell whether a component carries the annotation."""
     return _annotation(component, SIGNALS_ANNOTATION) is not None
 
 

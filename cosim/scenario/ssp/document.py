@@ -1,8 +1,6 @@
-"""XML documents of the standard: read safely and checked against the schemas, written in one way.
+"""Read and write the .ssp file and its XML documents: safely, checked against the schemas, in one way.
 
-The .ssp file itself, of which members are read by name.
-
-Names and media types of the SSP 1.0 standard, and of the annotations of this package.
+Names and media types are those of the SSP 1.0 standard, and of the annotations of this package.
 """
 
 from __future__ import annotations

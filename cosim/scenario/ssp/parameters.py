@@ -1,7 +1,4 @@
-"""Parameter sets (.ssv): values by name, with units.
-
-Parameter bindings: which values a description gives to which variables.
-"""
+"""Read and write parameter sets (.ssv), values by name with units, and bind them to variables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Signals as components: SSP knows no signals, so that a `DrillingProgram` puts out what they are.
+"""Turn signals into components and back: SSP knows no signals, so that a `DrillingProgram` puts out what they are.
 
 One change from an initial to a final value, at once or along a straight line, is what the parameters of a
 `DrillingProgram` can say; a constant is no change. The component carries an annotation, by which it turns into signals

@@ -1,10 +1,8 @@
-"""From an .ssp file to a scenario; what is not supported is refused by name.
+"""Read an .ssp file as a scenario; what is not supported is refused by name.
 
 Supported are components that are FMUs within the archive, connections between them, and parameter bindings, inline or
 external, on components or on the system. Nested systems, connectors of the system, signal dictionaries, parameter
 mappings and transformations are not.
-
-Connections of a description, and the connectors at their ends.
 """
 
 from __future__ import annotations

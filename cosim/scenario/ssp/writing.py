@@ -1,4 +1,4 @@
-"""From a scenario to an .ssp file, in the portable subset: connections between components, and nothing else.
+"""Write a scenario as an .ssp file, in the portable subset: connections between components, and nothing else.
 
 Every input that a component declares is driven, every FMU and parameter set lies in `resources`, and nothing depends on
 time or place: the same scenario gives the same bytes.

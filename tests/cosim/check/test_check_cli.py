@@ -89,9 +89,9 @@ def test_options_reach_the_check(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 
 
 def test_a_reference_folder_takes_the_place_of_what_the_fmu_holds() -> None:
-    plant, folder = ROOT / "dist" / "native" / "WeightOnBitLaw.fmu", ROOT / "fmu_src" / "reference"
-    assert run(plant, "--reference", folder / "WeightOnBitLaw").exit_code == 0
-    other = run(plant, "--reference", folder / "DrillingProgram")
+    plant, folder = ROOT / "dist" / "native" / "WeightOnBitLaw.fmu", ROOT / "fmu_src" / "fmus"
+    assert run(plant, "--reference", folder / "WeightOnBitLaw" / "reference").exit_code == 0
+    other = run(plant, "--reference", folder / "DrillingProgram" / "reference")
     assert other.exit_code == 1
     assert "speed_initial" in other.stdout
 

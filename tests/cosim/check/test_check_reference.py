@@ -106,6 +106,13 @@ def test_inputs_that_jump_and_ramp_are_followed_exactly(make_suspect: Maker, tmp
     assert of(report, "y").reason == "closed form"
 
 
+def test_an_fmu_whose_set_up_resets_parameters_is_run_with_those_of_the_experiment(
+    make_suspect: Maker, tmp_path: Path
+) -> None:
+    report = check_fmu(make_suspect("resets in the set-up"), folder_of(ramp_files(), tmp_path / "ref"))
+    assert of(report, "y").difference <= of(report, "y").allowed == 1e-12
+
+
 def test_experiments_inside_the_fmu_are_found(make_suspect: Maker) -> None:
     inside = {f"{PLACE}/{name}": text.encode() for name, text in ramp_files().items()}
     report = check_fmu(make_suspect(files=inside))

@@ -7,6 +7,7 @@ import os
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -236,3 +237,43 @@ def test_a_broken_library_leaves_the_working_directory_alone(make_probe: Callabl
     with pytest.raises(FmuFileError, match=r"broken\.fmu: .* is no library; expected one for"):
         simulate(scenario(broken))
     assert os.getcwd() == before
+
+
+def test_parameters_survive_an_experiment_whose_set_up_resets_them(probe: Path) -> None:
+    result = simulate(
+        scenario(probe, names=("resetting",), parameters={"gain": 3.0}, inputs={"resetting.u": Constant(2.0)})
+    )
+    assert result["resetting.integral"][-1] == pytest.approx(3.0 * 2.0, rel=1e-14)
+
+
+def test_a_parameter_that_the_fmu_does_not_keep_is_named(probe: Path, caplog: pytest.LogCaptureFixture) -> None:
+    simulate(scenario(probe, names=("forgetful", "probe"), parameters={"gain": 3.0, "text": "ü", "mode": "fast"}))
+    said = [record.getMessage() for record in caplog.records if "after initialisation" in record.getMessage()]
+    assert said == ["gain was set to 3.0, but the FMU has 1.0 after initialisation"]
+
+
+@pytest.mark.parametrize("start", ['start="7"', ""])
+@pytest.mark.parametrize("order", [("offering", "dividing"), ("dividing", "offering")])
+@pytest.mark.parametrize("algorithm", ["jacobi", "implicit"])
+def test_a_connected_input_is_its_start_value_until_its_source_is_known(
+    make_probe: Callable[..., Path], algorithm: str, order: tuple[str, ...], start: str
+) -> None:
+    old = 'name="u" valueReference="0" causality="input"><Real start="0"'
+    probe = make_probe(replace={old: old.replace('start="0"', start)})
+    inputs = {"offering.u": Constant(5.0)}
+    connected = scenario(probe, names=order, inputs=inputs, connections=(Connection("offering.u_seen", "dividing.u"),))
+    result = simulate(connected, algorithm=algorithm)
+    assert result["dividing.u"].tolist() == [5.0] * 11
+
+
+@pytest.mark.parametrize("choices", [{}, {"algorithm": "gauss-seidel"}, {"algorithm": "implicit"}, {"tolerance": 1e-4}])
+@pytest.mark.parametrize("isolate", [False, True])
+@pytest.mark.parametrize(("stop", "step"), [(100.0, 0.01), (1.0, 0.1), (5.0, 0.05), (0.3, 0.1)])
+def test_an_fmu_that_is_strict_about_its_stop_time_reaches_it(
+    probe: Path, choices: dict[str, Any], isolate: bool, stop: float, step: float
+) -> None:
+    inputs = {"strict.u": Constant(1.0), "strict.v": Constant(0.0)}
+    run = scenario(probe, names=("strict",), inputs=inputs, stop=stop, step=step)
+    result = simulate(run, isolate=isolate, **choices)
+    assert result.time[-1] == pytest.approx(stop, rel=1e-15)
+    assert result["strict.integral"][-1] == pytest.approx(stop, rel=1e-12)

@@ -14,7 +14,7 @@ from cosim.master.communication_points import communication_points
 def test_times_are_start_plus_k_steps_and_never_a_sum_of_steps() -> None:
     points = communication_points(0.0, 100.0, 0.01, (), can_vary_step=True).points()
     assert points.times.tolist() == [k * 0.01 for k in range(10001)]
-    assert set(points.sizes.tolist()) == {0.01}
+    assert set(points.sizes[:-1].tolist()) == {0.01}
     assert np.cumsum(np.full(10000, 0.01))[-1] != points.times[-1], "a sum of steps would have drifted"
 
 
@@ -109,3 +109,31 @@ def test_points_increase_from_start_to_stop_and_each_step_leads_to_the_next(
     for point in breakpoints:
         if start < point < start + duration:
             assert np.abs(points.signal_times - point).min() <= 2e-6 * step
+
+
+USUAL = [
+    (stop, step) for stop in (1.0, 5.0, 10.0, 20.0, 60.0, 100.0, 500.0) for step in (0.1, 0.05, 0.01, 0.005, 0.001)
+]
+
+
+def test_usual_runs_would_end_beyond_their_stop_time() -> None:
+    """So that the next test cannot pass for nothing."""
+    beyond = [(stop, step) for stop, step in USUAL if (round(stop / step) - 1) * step + step > stop]
+    assert len(beyond) > 5
+    assert (100.0, 0.01) in beyond
+
+
+@pytest.mark.parametrize(("stop", "step"), USUAL)
+def test_no_step_ends_beyond_the_stop_time_by_any_bit(stop: float, step: float) -> None:
+    points = communication_points(0.0, stop, step, (), can_vary_step=False).points()
+    assert (points.times[:-1] + points.sizes <= points.times[-1]).all()
+    assert np.abs(points.sizes - step).max() <= 4 * np.spacing(stop)
+    assert (points.sizes[:-1] == step).all()
+
+
+@given(st.floats(-10, 10), st.floats(1e-3, 100), st.integers(1, 2000), st.booleans())
+def test_the_last_step_of_any_run_stays_within_it(start: float, step: float, count: int, vary: bool) -> None:
+    grid = communication_points(start, start + count * step, step, (), vary)
+    points = grid.points()
+    assert points.times[-2] + points.sizes[-1] <= points.times[-1]
+    assert abs(points.sizes[-1] - np.diff(points.times)[-1]) <= 4 * np.spacing(np.abs(points.times).max())

@@ -1,5 +1,8 @@
 /* A minimal FMI 2.0 co-simulation FMU that shows what a master did to it.
 
+   Its name makes it behave as FMUs out there do: "resetting" puts parameters back in fmi2SetupExperiment, "forgetful"
+   loses one while it initialises, "dividing" has u = 4 and refuses u = 0, "offering" has u_seen = 5, "strict" refuses a step beyond its stop time by any bit.
+
    With a fail_status from 10 on it misbehaves, in the function that its parameter text names, or in fmi2DoStep. */
 #include <signal.h>
 #include <stdio.h>
@@ -19,6 +22,7 @@ typedef struct {
     int flag;
     char text[64];
     double time;
+    double stop;
     int promised; /* not to go back */
 } Probe;
 
@@ -69,6 +73,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     self->real[VR_FAIL_STATUS] = 2.0;
     self->real[VR_GAIN] = 1.0;
     self->integer[VR_MODE] = 1;
+    if (strcmp(name, "dividing") == 0) self->real[VR_U] = 4.0;
+    if (strcmp(name, "offering") == 0) self->real[VR_U_SEEN] = 5.0;
     return self;
 }
 void fmi2FreeInstance(fmi2Component c) {
@@ -76,14 +82,20 @@ void fmi2FreeInstance(fmi2Component c) {
     free(c);
 }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real d, fmi2Boolean e, fmi2Real f) {
-    SELF; (void)a; (void)b; (void)e; (void)f;
+    SELF; (void)a; (void)b; (void)e;
     self->time = d;
+    self->stop = f;
+    if (strcmp(self->name, "resetting") == 0) {
+        self->real[VR_GAIN] = 1.0;
+        self->text[0] = 0;
+    }
     return fmi2OK;
 }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     SELF;
     misbehave(self, "exit");
+    if (strcmp(self->name, "forgetful") == 0) self->real[VR_GAIN] = 1.0;
     say(self, fmi2Warning, "ready at %g", 1.5);
     return fmi2OK;
 }
@@ -103,6 +115,10 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
         if (value[i] != value[i]) {
             say(self, fmi2Discard, "input %g is nan", (double)vr[i]);
             return fmi2Discard;
+        }
+        if (vr[i] == VR_U && value[i] == 0.0 && strcmp(self->name, "dividing") == 0) {
+            say(self, fmi2Error, "division by u = %g", value[i]);
+            return fmi2Error;
         }
         self->real[vr[i]] = value[i];
         if (vr[i] == VR_U) misbehave(self, "set");
@@ -155,6 +171,10 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_rollback) {
     SELF;
+    if (strcmp(self->name, "strict") == 0 && t + h > self->stop) {
+        say(self, fmi2Error, "a step beyond the stop time, by %g s", t + h - self->stop);
+        return fmi2Error;
+    }
     if (t >= self->real[VR_FAIL_AT]) {
         misbehave(self, "step");
         fmi2Status status = self->real[VR_FAIL_STATUS] < SEGFAULT ? (fmi2Status)self->real[VR_FAIL_STATUS]

@@ -104,6 +104,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2R
     SELF;
     (void)a; (void)b; (void)e; (void)f;
     if (FAULT("starts at 0 only") && start != 0.0) return refuse(self, "the start is not 0");
+    if (FAULT("resets in the set-up")) fresh(self);
     self->state.time = start;
     return fmi2OK;
 }

@@ -1,5 +1,0 @@
-"""Build FMUs from an installed package, as `cosim build` does."""
-
-from .build.command import main
-
-main()

@@ -1,0 +1,5 @@
+"""Build FMUs from an installed package, as `cosim build` does."""
+
+from .command import main
+
+main()

@@ -161,7 +161,7 @@ def draw_loop_set(
     _draw_solutions(plane, loop, bit_speeds, reach)
     tops = np.array([-reach, reach])
     for sign in (-1.0, 1.0):
-        waves = (tops - sign * loop.transmission * omega_max) / loop.arrival
+        waves = (tops - sign * loop.transmission * omega_max) / loop.wave_gain
         plane.plot(tops, waves, ":", color="black", linewidth=1.0)
     plane.axhspan(low.max(), high.min(), color=_GAP, linewidth=0.0)
     plane.set(xlabel="Top speed [rad/s]", ylabel="Wave that arrives at the top [rad/s]", xlim=(-reach, reach))

@@ -13,18 +13,18 @@ from cosim.errors import require
 if TYPE_CHECKING:
     from models.controllers.laws import DissipativeLaw
     from models.plant.parameters import DrillstringParameters
-    from models.theory.arrays import BoolArray
     from models.theory.cycle.bistability import Bistability
     from models.theory.cycle.continuation import BranchPoint, input_of
     from models.theory.cycle.cycle import peak_speed
     from models.theory.lawful_energy import TopMotion, lawful_angle, lawful_work
     from models.theory.loop_set import PrintedLoop
+    from models.theory.numerics.arrays import BoolArray
     from models.theory.stability.chart import StabilityChart
     from models.theory.stability.equilibrium import equilibria
 
 _HOMES = {
     "Bistability": "theory.cycle.bistability",
-    "BoolArray": "theory.arrays",
+    "BoolArray": "theory.numerics.arrays",
     "BranchPoint": "theory.cycle.continuation",
     "DissipativeLaw": "controllers.laws",
     "DrillstringParameters": "plant.parameters",

@@ -18,13 +18,13 @@ void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
     bit->direction = speed > 0.0 ? 1 : speed < 0.0 ? -1 : 0;
     bit->stops = 0;
     bit->releases = 0;
-    bit->arrived = 0;
+    bit->halted = 0;
     bit->whole = 0;
     bit->slips = 0;
     bit->truncation = 0.0;
     bit->roughness = 0.0;
     bit->power = 0.0;
-    bit->arriving = DS_NO_PIECE.wave;
+    bit->incident = DS_NO_PIECE.wave;
     bit->turning = DS_NO_PIECE.wave;
     bit->incoming = DS_NO_PIECE;
     bit->speed = speed;
@@ -41,10 +41,10 @@ void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
 static void collocate(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, int last_try)
 {
     const double duration = (bit->end - bit->begin) * clock->block;
-    const ds_pressure pressure = {bit->weight, bit->weight_rise};
+    const ds_wob wob = {bit->weight, bit->weight_rise};
     const ds_accuracy accuracy = {bit->truncation, bit->accuracy.newton};
     const ds_slip slip =
-        ds_slip_collocate(law, &accuracy, bit->direction, duration, bit->speed, bit->arriving, pressure, last_try);
+        ds_slip_collocate(law, &accuracy, bit->direction, duration, bit->speed, bit->incident, wob, last_try);
     bit->turning = slip.speed;
     bit->power = slip.power;
     bit->roughness = slip.roughness;
@@ -54,7 +54,7 @@ static void collocate(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit,
 /* end the piece at x, which is at `fraction` of the block */
 static void shorten(ds_bit *bit, double x, double fraction)
 {
-    bit->arriving = ds_quartic_restrict(bit->arriving, 0.0, x);
+    bit->incident = ds_quartic_restrict(bit->incident, 0.0, x);
     bit->turning = ds_quartic_restrict(bit->turning, 0.0, x);
     bit->weight_rise = x * bit->weight_rise;
     bit->end = fraction;
@@ -87,9 +87,9 @@ static void slip(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
 static void excess_places(const ds_bit_law *law, const ds_bit *bit, double *ahead, double *back)
 {
     const double z = law->twice_impedance;
-    const ds_quartic a = bit->arriving;
-    const double holding = law->static_ * bit->weight;
-    const double rise = law->static_ * bit->weight_rise;
+    const ds_quartic a = bit->incident;
+    const double holding = law->friction.static_ * bit->weight;
+    const double rise = law->friction.static_ * bit->weight_rise;
     const ds_quartic over = {z * a.c0 - holding, z * a.c1 - rise, z * a.c2, z * a.c3, z * a.c4};
     const ds_quartic below = {-(z * a.c0) - holding, -(z * a.c1) - rise, -(z * a.c2), -(z * a.c3), -(z * a.c4)};
     *ahead = ds_quartic_first_positive(over);
@@ -100,7 +100,7 @@ static void excess_places(const ds_bit_law *law, const ds_bit *bit, double *ahea
 static void count_release(const ds_clock *clock, ds_bit *bit)
 {
     const double time = ds_clock_time(clock, bit->block, bit->begin);
-    if (!bit->arrived && (bit->slips == 0 || time != bit->last_release)) {
+    if (!bit->halted && (bit->slips == 0 || time != bit->last_release)) {
         bit->last_release = time;
         bit->slips += 1;
     }
@@ -123,7 +123,7 @@ static void rest(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
         }
         x = DS_NONE;
     }
-    if (bit->arrived) {
+    if (bit->halted) {
         bit->last_stop = ds_clock_time(clock, bit->block, bit->begin);
     }
     bit->turning = DS_NO_PIECE.wave;
@@ -143,8 +143,8 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
     bit->end = bit->incoming.end;
     const double first = bit->incoming.begin;
     const double last = bit->incoming.end;
-    bit->arriving = ds_quartic_restrict(bit->incoming.wave, (bit->begin - first) / (last - first), 1.0);
-    bit->weight = ds_ramp_at(&bit->pressure, clock, bit->block, bit->begin, bit->end, &bit->weight_rise);
+    bit->incident = ds_quartic_restrict(bit->incoming.wave, (bit->begin - first) / (last - first), 1.0);
+    bit->weight = ds_ramp_at(&bit->wob, clock, bit->block, bit->begin, bit->end, &bit->weight_rise);
     bit->stops = 0;
     /* hardly anything need be followed closer than the breaks that are folded */
     const double asked = bit->accuracy.truncation;
@@ -155,12 +155,12 @@ void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_l
     } else {
         slip(law, clock, bit);
     }
-    bit->arrived = 0;
+    bit->halted = 0;
 }
 
 void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring)
 {
-    const ds_piece piece = {bit->begin, bit->end, ds_quartic_subtract(bit->turning, bit->arriving), 0.0};
+    const ds_piece piece = {bit->begin, bit->end, ds_quartic_subtract(bit->turning, bit->incident), 0.0};
     ds_line_push(up, up_ring, piece);
     ds_bit_finish(law, clock, bit);
 }
@@ -178,7 +178,7 @@ void ds_bit_finish(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
     if (bit->stops) {
         bit->speed = 0.0;
         bit->direction = 0;
-        bit->arrived = 1;
+        bit->halted = 1;
     }
     bit->begin = bit->end;
     if (bit->end >= 1.0) {
@@ -204,11 +204,11 @@ int ds_bit_cut(ds_bit *bit, double fraction)
 double ds_bit_torque(const ds_bit_law *law, const ds_bit *bit, double x)
 {
     if (bit->direction == 0) {
-        return law->twice_impedance * ds_quartic_value(bit->arriving, x);
+        return law->twice_impedance * ds_quartic_value(bit->incident, x);
     }
     const double speed = ds_quartic_value(bit->turning, x);
     const double weight = bit->weight + x * bit->weight_rise;
-    const double dry = weight * (law->coulomb + law->excess * ds_friction_fading(law, bit->direction, speed));
+    const double dry = ds_friction_at(&law->friction, weight, bit->direction * speed).torque;
     return law->viscosity * speed + dry * bit->direction;
 }
 

@@ -46,7 +46,7 @@ static ds_quartic between(ds_quartic a, ds_quartic b)
     return m;
 }
 
-ds_piece ds_damped_end_arrival(const ds_damped_end *end, double strength, double begin, ds_sending sending)
+ds_piece ds_damped_end_incident(const ds_damped_end *end, double strength, double begin, ds_sending sending)
 {
     const double length = end->raw.end - begin;
     const double echo = sending.echo;
@@ -69,7 +69,7 @@ ds_piece ds_damped_end_arrival(const ds_damped_end *end, double strength, double
     return piece;
 }
 
-ds_quartic ds_damped_end_departure(ds_damped_end *end, double strength, const ds_end_piece *piece)
+ds_quartic ds_damped_end_outgoing(ds_damped_end *end, double strength, const ds_end_piece *piece)
 {
     const double begin = piece->begin;
     const double length = piece->end - begin;
@@ -89,7 +89,7 @@ ds_quartic ds_damped_end_departure(ds_damped_end *end, double strength, const ds
         d.c4 = sent.c4 - strength * (after * m.c4 - length * (m.c3 + 0.25 * q.c3));
     }
     const double turned = ds_quartic_square_integral(piece->speed);
-    const double change = (ds_quartic_square_integral(q) - ds_quartic_square_integral(piece->arrived)) +
+    const double change = (ds_quartic_square_integral(q) - ds_quartic_square_integral(piece->incident)) +
                           (ds_quartic_square_integral(sent) - ds_quartic_square_integral(d));
     const int goes_on = piece->end < 1.0;
     end->square = end->square + length * turned;
@@ -107,7 +107,7 @@ double ds_damped_end_settled(const ds_damped_end *end, double strength, const ds
 {
     const ds_quartic q = raw_wave(end, piece->begin, piece->end);
     const double change = ds_quartic_product_integral(q, q, x) -
-                          ds_quartic_product_integral(piece->arrived, piece->arrived, x);
+                          ds_quartic_product_integral(piece->incident, piece->incident, x);
     const double turned = ds_quartic_product_integral(piece->speed, piece->speed, x);
     return end->settled + (piece->end - piece->begin) * (change - strength * turned);
 }

@@ -54,13 +54,13 @@ void ds_distributed_build(ds_distributed *model, const ds_parameters *parameters
 /* the pieces of both ends */
 static ds_end_piece top_piece(const ds_top *top)
 {
-    const ds_end_piece piece = {top->begin, top->end, top->arriving, top->leaving, ds_top_speed(top)};
+    const ds_end_piece piece = {top->begin, top->end, top->incident, top->outgoing, ds_top_speed(top)};
     return piece;
 }
 
 static ds_end_piece bit_piece(const ds_bit *bit)
 {
-    const ds_end_piece piece = {bit->begin, bit->end, bit->arriving, ds_quartic_subtract(bit->turning, bit->arriving),
+    const ds_end_piece piece = {bit->begin, bit->end, bit->incident, ds_quartic_subtract(bit->turning, bit->incident),
                                 bit->turning};
     return piece;
 }
@@ -78,7 +78,7 @@ static void open_damped_top(const ds_distributed *model, ds_distributed_state *s
         const double omega =
             ds_ramp_at(&top->omega, &m->clock, top->block, top->begin, state->top_end.raw.end, &rise);
         const ds_sending sending = {-m->top.reflection, m->top.transmission * omega, m->top.transmission * rise};
-        top->incoming = ds_damped_end_arrival(&state->top_end, model->exchange.strength, top->begin, sending);
+        top->incoming = ds_damped_end_incident(&state->top_end, model->exchange.strength, top->begin, sending);
     }
     ds_top_open(&m->top, &m->clock, top, &s->up, s->ring);
 }
@@ -94,7 +94,7 @@ static void close_damped_top(const ds_distributed *model, ds_distributed_state *
     }
     const ds_end_piece closed = top_piece(top);
     const ds_piece piece = {top->begin, top->end,
-                            ds_damped_end_departure(&state->top_end, model->exchange.strength, &closed), 0.0};
+                            ds_damped_end_outgoing(&state->top_end, model->exchange.strength, &closed), 0.0};
     ds_line_push(&s->down, ds_neutral_down_ring(s), piece);
     ds_top_finish(&m->top, &m->clock, top);
 }
@@ -108,17 +108,17 @@ static double coming_rise(const ds_distributed *model, const ds_distributed_stat
     const ds_bit_law *const law = &s->law;
     const double duration = (end - bit->begin) * clock->block;
     double rise;
-    const double weight = ds_ramp_at(&bit->pressure, clock, bit->block, bit->begin, end, &rise);
+    const double weight = ds_ramp_at(&bit->wob, clock, bit->block, bit->begin, end, &rise);
     const double torque = law->twice_impedance * ds_damped_end_wave(&state->bit_end, bit->begin);
     if (bit->speed == 0.0) {
-        const double holding = law->static_ * weight;
+        const double holding = law->friction.static_ * weight;
         if (fabs(torque) <= holding) {
             return 0.0;
         }
         return duration * (torque > 0.0 ? torque - holding : torque + holding) / law->inertia;
     }
     const int direction = bit->speed > 0.0 ? 1 : -1;
-    const double dry = weight * (law->coulomb + law->excess * ds_friction_fading(law, direction, bit->speed)) * direction;
+    const double dry = ds_friction_at(&law->friction, weight, direction * bit->speed).torque * direction;
     return duration * (torque - law->damping * bit->speed - dry) / law->inertia;
 }
 
@@ -132,7 +132,7 @@ static void open_damped_bit(const ds_distributed *model, ds_distributed_state *s
             ds_damped_end_take(&state->bit_end, &s->down, down_ring);
         }
         const ds_sending sending = {-1.0, bit->speed, coming_rise(model, state, state->bit_end.raw.end)};
-        bit->incoming = ds_damped_end_arrival(&state->bit_end, model->exchange.strength, bit->begin, sending);
+        bit->incoming = ds_damped_end_incident(&state->bit_end, model->exchange.strength, bit->begin, sending);
     }
     ds_bit_open(&s->law, &model->string.clock, bit, &s->down, down_ring);
 }
@@ -147,7 +147,7 @@ static void close_damped_bit(const ds_distributed *model, ds_distributed_state *
     }
     const ds_end_piece closed = bit_piece(bit);
     const ds_piece piece = {bit->begin, bit->end,
-                            ds_damped_end_departure(&state->bit_end, model->exchange.strength, &closed), 0.0};
+                            ds_damped_end_outgoing(&state->bit_end, model->exchange.strength, &closed), 0.0};
     ds_line_push(&s->up, s->ring, piece);
     ds_bit_finish(&s->law, &model->string.clock, bit);
 }
@@ -288,8 +288,8 @@ void ds_distributed_set_inputs(const ds_distributed *model, ds_distributed_state
 {
     ds_neutral_state *const s = ds_distributed_string(state);
     const int drive = omega != s->top.omega.value || omega_slope != 0.0 || s->top.omega.slope != 0.0;
-    const int press = weight != s->bit.pressure.value || weight_slope != 0.0 || s->bit.pressure.slope != 0.0;
-    if (!drive && !press) {
+    const int wob_changes = weight != s->bit.wob.value || weight_slope != 0.0 || s->bit.wob.slope != 0.0;
+    if (!drive && !wob_changes) {
         return;
     }
     const int turned = turn_at_present(model, state);
@@ -300,17 +300,17 @@ void ds_distributed_set_inputs(const ds_distributed *model, ds_distributed_state
         }
         s->top.omega = ramp;
     }
-    if (press) {
+    if (wob_changes) {
         const ds_ramp ramp = {s->present, weight, weight_slope};
         if (s->bit.block == s->present.block && ds_bit_cut(&s->bit, s->present.fraction)) {
             close_damped_bit(model, state);
         }
-        s->bit.pressure = ramp;
+        s->bit.wob = ramp;
     }
     if (drive || turned) {
         open_damped_top(model, state);
     }
-    if (press || turned) {
+    if (wob_changes || turned) {
         open_damped_bit(model, state);
     }
 }

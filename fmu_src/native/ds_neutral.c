@@ -26,13 +26,10 @@ ds_bit_law ds_neutral_bit_law(const ds_parameters *parameters, double impedance)
 {
     ds_bit_law law;
     law.twice_impedance = 2.0 * impedance;
-    law.damping = impedance + parameters->c_b;
-    law.viscosity = parameters->c_b;
+    law.damping = impedance + parameters->friction.c_b;
+    law.viscosity = parameters->friction.c_b;
     law.inertia = parameters->I_B;
-    law.coulomb = parameters->R_b * parameters->mu_cb;
-    law.excess = parameters->R_b * (parameters->mu_sb - parameters->mu_cb);
-    law.static_ = parameters->R_b * parameters->mu_sb;
-    law.rate = parameters->gamma_b / parameters->v_f;
+    law.friction = ds_friction_of(&parameters->friction, parameters->friction.R_b);
     return law;
 }
 
@@ -73,7 +70,7 @@ void ds_neutral_fill(const ds_neutral *model, ds_neutral_state *state, double in
     const double twist = initial_torque / (2.0 * model->impedance);
     const double coarseness = ds_clock_coarseness(&model->clock);
     const ds_ramp drive = {{0, 0.0}, omega, 0.0};
-    const ds_ramp pressure = {{0, 0.0}, weight, 0.0};
+    const ds_ramp wob = {{0, 0.0}, weight, 0.0};
     const ds_place start = {0, 0.0};
     state->law = ds_neutral_bit_law(p, model->impedance);
     ds_line_fill(&state->up, state->ring, model->blocks, 0.5 * initial_speed - twist, coarseness);
@@ -81,7 +78,7 @@ void ds_neutral_fill(const ds_neutral *model, ds_neutral_state *state, double in
     ds_top_start(&state->top, initial_torque / (p->G * p->J / p->L));
     state->top.omega = drive;
     ds_bit_start(&state->bit, &model->clock, initial_speed);
-    state->bit.pressure = pressure;
+    state->bit.wob = wob;
     state->present = start;
     state->least = initial_speed;
     state->greatest = initial_speed;
@@ -108,12 +105,12 @@ void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, dou
         top->omega = drive;
         open_top(model, state);
     }
-    if (weight != bit->pressure.value || weight_slope != 0.0 || bit->pressure.slope != 0.0) {
-        const ds_ramp pressure = {state->present, weight, weight_slope};
+    if (weight != bit->wob.value || weight_slope != 0.0 || bit->wob.slope != 0.0) {
+        const ds_ramp wob = {state->present, weight, weight_slope};
         if (bit->block == state->present.block && ds_bit_cut(bit, state->present.fraction)) {
             ds_bit_close(&state->law, &model->clock, bit, &state->up, state->ring);
         }
-        bit->pressure = pressure;
+        bit->wob = wob;
         open_bit(model, state);
     }
 }
@@ -196,13 +193,13 @@ double ds_neutral_energy(const ds_neutral *model, const ds_neutral_state *state,
     const ds_top *const top = &state->top;
     const double x = ds_neutral_present_in(state, bit->block, bit->begin, bit->end);
     const double y = ds_neutral_present_in(state, top->block, top->begin, top->end);
-    const ds_quartic wave = ds_quartic_subtract(bit->turning, bit->arriving);
+    const ds_quartic wave = ds_quartic_subtract(bit->turning, bit->incident);
     double up = state->up.square + state->up.square_rest;
     up += square_after(from_bit, top->begin + y * (top->end - top->begin));
     up += (bit->end - bit->begin) * ds_quartic_product_integral(wave, wave, x);
     double down = state->down.square + state->down.square_rest;
     down += square_after(from_top, bit->begin + x * (bit->end - bit->begin));
-    down += (top->end - top->begin) * ds_quartic_product_integral(top->leaving, top->leaving, y);
+    down += (top->end - top->begin) * ds_quartic_product_integral(top->outgoing, top->outgoing, y);
     const double speed = ds_quartic_value(bit->turning, x);
     return model->impedance * model->clock.block * (up + down) + 0.5 * model->parameters.I_B * (speed * speed);
 }

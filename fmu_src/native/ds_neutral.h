@@ -19,12 +19,7 @@ typedef struct {
     double L;     /* m, length */
     double I_B;   /* kg m2, inertia of the bottom hole assembly, eq. (2) */
     double c_a;   /* N m s/rad, damping of the sliding top, eq. (2) */
-    double R_b;   /* m, bit radius, eq. (3) */
-    double v_f;   /* rad/s, eq. (4) */
-    double c_b;   /* N m s/rad, damping at the bit, eq. (3) */
-    double mu_cb; /* 1, Coulomb friction, eq. (4) */
-    double mu_sb; /* 1, static friction, eq. (4) */
-    double gamma_b; /* 1, velocity decrease rate, eq. (4) */
+    ds_friction_parameters friction;
 } ds_parameters;
 
 typedef struct {
@@ -83,7 +78,7 @@ DS_SHARED void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state
 /* let the range of bit speeds cover [x0, x1] of the piece */
 DS_SHARED void ds_neutral_widen(ds_neutral_state *state, double x0, double x1);
 DS_SHARED void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time);
-/* energy stored in the string and the bit, (I L / 2) E of eq. (7), with the pieces that arrive at the top and at the bit */
+/* energy stored in the string and the bit, (I L / 2) E of eq. (7), with the incident pieces at the top and at the bit */
 DS_SHARED double ds_neutral_energy(const ds_neutral *model, const ds_neutral_state *state, ds_piece from_bit,
                                    ds_piece from_top);
 /* write the outputs of a plant to its values */

@@ -10,24 +10,16 @@ static double rate_of(ds_quartic c, double x, double duration)
     return (c.c1 + x * (2.0 * c.c2 + x * (3.0 * c.c3 + x * (4.0 * c.c4)))) / duration;
 }
 
-/* dry torque per weight [m] in a slip, and its derivative by the speed in that direction [m s/rad] */
-static double dry_arm(const ds_bit_law *law, int direction, double speed, double *fading)
-{
-    const double excess = law->excess * ds_friction_fading(law, direction, speed);
-    *fading = -law->rate * excess;
-    return law->coulomb + excess;
-}
-
 static double bit_torque_rate(const ds_bit_law *law, const ds_bit *bit, double x, double duration)
 {
     if (bit->direction == 0) {
-        return law->twice_impedance * rate_of(bit->arriving, x, duration);
+        return law->twice_impedance * rate_of(bit->incident, x, duration);
     }
     const double acceleration = rate_of(bit->turning, x, duration);
     const double weight = bit->weight + x * bit->weight_rise;
-    double fading;
-    const double arm = dry_arm(law, bit->direction, ds_quartic_value(bit->turning, x), &fading);
-    return (law->viscosity + weight * fading) * acceleration + bit->direction * (bit->weight_rise / duration) * arm;
+    const ds_friction_point dry =
+        ds_friction_at(&law->friction, weight, bit->direction * ds_quartic_value(bit->turning, x));
+    return (law->viscosity + dry.slope) * acceleration + bit->direction * (bit->weight_rise / duration) * dry.arm;
 }
 
 void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *state, double rate[])
@@ -62,7 +54,6 @@ void ds_neutral_read_rates(const ds_neutral *model, const ds_neutral_state *stat
 double ds_neutral_torque_by_weight(const ds_neutral_state *state)
 {
     const ds_bit *const bit = &state->bit;
-    double fading;
     const double speed = ds_quartic_value(bit->turning, ds_neutral_present_in(state, bit->block, bit->begin, bit->end));
-    return bit->direction * dry_arm(&state->law, bit->direction, speed, &fading);
+    return bit->direction * ds_friction_at(&state->law.friction, bit->weight, bit->direction * speed).arm;
 }

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "ds_exp.h"
+#include "ds_friction_table.h"
 #include "ds_table.h"
 
 #define MOST_BLOCKS_RUN 4503599627370496.0 /* 2^52: up to here a block number and a fraction of the block fit a double */
@@ -11,8 +11,7 @@
 ds_parameters ds_plant_parameters(const double value[])
 {
     const ds_parameters p = {
-        value[DS_G],   value[DS_J],   value[DS_I],   value[DS_L],     value[DS_I_B],   value[DS_c_a],
-        value[DS_R_b], value[DS_v_f], value[DS_c_b], value[DS_mu_cb], value[DS_mu_sb], value[DS_gamma_b],
+        value[DS_G], value[DS_J], value[DS_I], value[DS_L], value[DS_I_B], value[DS_c_a], ds_friction_read(value),
     };
     return p;
 }
@@ -43,8 +42,7 @@ int ds_plant_reaches(const ds_clock *clock, double end, ds_journal *journal)
 
 int ds_plant_tuned(const ds_parameters *old, const ds_parameters *parameters)
 {
-    const ds_parameters *const p = parameters;
-    return p->c_b != old->c_b || p->mu_cb != old->mu_cb || p->mu_sb != old->mu_sb || p->gamma_b != old->gamma_b;
+    return !ds_friction_same(&parameters->friction, &old->friction);
 }
 
 ds_plant_history ds_plant_before(const double value[])
@@ -93,18 +91,11 @@ void ds_plant_differentiate(const ds_top_law *top, const ds_neutral_state *state
 /* how much the torque on bit of eqs. (3) and (4) changes with its speed, weight and parameters in a slip */
 static double slip_torque_change(const double value[], const double seed[], int direction)
 {
-    const double speed = value[DS_initial_speed];
-    const double speed_change = seed[DS_initial_speed];
-    const double excess = value[DS_mu_sb] - value[DS_mu_cb];
-    const double exponent = value[DS_gamma_b] * fabs(speed) / value[DS_v_f];
-    const double fading = ds_exp(-exponent);
-    const double exponent_change = (seed[DS_gamma_b] * fabs(speed) + value[DS_gamma_b] * direction * speed_change -
-                                    exponent * seed[DS_v_f]) / value[DS_v_f];
-    const double mu = value[DS_mu_cb] + excess * fading;
-    const double mu_change = seed[DS_mu_cb] + (seed[DS_mu_sb] - seed[DS_mu_cb] - excess * exponent_change) * fading;
-    const double dry_change = seed[DS_WOB] * value[DS_R_b] * mu + value[DS_WOB] * seed[DS_R_b] * mu +
-                              value[DS_WOB] * value[DS_R_b] * mu_change;
-    return seed[DS_c_b] * speed + value[DS_c_b] * speed_change + direction * dry_change;
+    const ds_friction_parameters parameters = ds_friction_read(value);
+    const ds_friction_parameters parameters_seed = ds_friction_read(seed);
+    const ds_friction_motion motion = {value[DS_WOB], value[DS_initial_speed]};
+    const ds_friction_motion motion_seed = {seed[DS_WOB], seed[DS_initial_speed]};
+    return ds_friction_torque_change(&parameters, motion, direction, &parameters_seed, motion_seed);
 }
 
 void ds_plant_differentiate_start(double impedance, int direction, ds_plant_drag drag, const double value[],

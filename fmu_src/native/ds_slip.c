@@ -17,7 +17,7 @@ typedef struct {
     double value;      /* rad/s, dv/dx */
     double derivative; /* 1, of dv/dx by the speed */
     double dry;        /* N m, dry friction */
-    double softening;  /* N m s/rad, how fast it falls with the speed */
+    double dry_slope;  /* N m s/rad, its derivative by the speed */
 } slip_point;
 
 /* the equations of collocation at the three points after the first, and what solves them */
@@ -33,7 +33,7 @@ typedef struct {
     const ds_bit_law *law;
     int direction;
     double scale;     /* s/(kg m2), h / I_B */
-    double drive[4];  /* N m, torque of the arriving wave */
+    double drive[4];  /* N m, torque of the incident wave */
     double weight[4]; /* N */
 } slip_piece;
 
@@ -49,11 +49,14 @@ ds_accuracy ds_accuracy_on(const ds_clock *clock)
 static slip_point at_point(const slip_piece *p, int i, double speed)
 {
     const ds_bit_law *const law = p->law;
-    const double fading = law->excess * ds_friction_fading(law, p->direction, speed);
-    const double dry = p->weight[i] * (law->coulomb + fading) * p->direction;
-    const double softening = p->weight[i] * fading * law->rate;
-    const slip_point s = {p->scale * (p->drive[i] - law->damping * speed - dry), p->scale * (softening - law->damping), dry,
-                     softening};
+    const ds_friction_point friction = ds_friction_at(&law->friction, p->weight[i], p->direction * speed);
+    const double dry = friction.torque * p->direction;
+    const slip_point s = {
+        p->scale * (p->drive[i] - law->damping * speed - dry),
+        p->scale * (-friction.slope - law->damping),
+        dry,
+        friction.slope,
+    };
     return s;
 }
 
@@ -78,13 +81,13 @@ static void solve_slip(const slip_piece *p, double limit, slip_unknowns *u)
     for (int step = 0; step < NEWTON_STEPS; ++step) {
         double residual[3];
         double d[3];
-        double softening[4];
+        double dry_slope[4];
         for (int i = 1; i < 4; ++i) {
             const slip_point s = at_point(p, i, u->speed[i]);
             u->slope[i] = s.value;
             u->jacobian[i] = s.derivative;
             u->dry[i] = s.dry;
-            softening[i] = s.softening;
+            dry_slope[i] = s.dry_slope;
         }
         ds_collocation_values(u->speed[0], u->slope, residual);
         for (int i = 0; i < 3; ++i) {
@@ -94,7 +97,7 @@ static void solve_slip(const slip_piece *p, double limit, slip_unknowns *u)
         for (int i = 1; i < 4; ++i) {
             u->speed[i] = u->speed[i] + d[i - 1];
             u->slope[i] = u->slope[i] + u->jacobian[i] * d[i - 1];
-            u->dry[i] = u->dry[i] - softening[i] * d[i - 1];
+            u->dry[i] = u->dry[i] + dry_slope[i] * d[i - 1];
         }
         if (fabs(d[0]) <= limit && fabs(d[1]) <= limit && fabs(d[2]) <= limit) {
             break;
@@ -103,13 +106,13 @@ static void solve_slip(const slip_piece *p, double limit, slip_unknowns *u)
 }
 
 /* guess the speeds, with a friction that changes as at the begin */
-static void guess_slip(const slip_piece *p, ds_quartic arriving, slip_unknowns *u)
+static void guess_slip(const slip_piece *p, ds_quartic incident, slip_unknowns *u)
 {
     const double push = p->scale * p->law->twice_impedance;
-    const double bend = 0.5 * (u->jacobian[0] * u->slope[0] + push * arriving.c1);
-    const double t0 = DS_THIRD * push * arriving.c2;
-    const double t1 = 0.25 * push * arriving.c3;
-    const double t2 = 0.2 * push * arriving.c4;
+    const double bend = 0.5 * (u->jacobian[0] * u->slope[0] + push * incident.c1);
+    const double t0 = DS_THIRD * push * incident.c2;
+    const double t1 = 0.25 * push * incident.c3;
+    const double t2 = 0.2 * push * incident.c4;
     for (int i = 1; i < 4; ++i) {
         const double x = ds_nodes[i];
         u->speed[i] = u->speed[0] + x * (u->slope[0] + x * (bend + x * (t0 + x * (t1 + x * t2))));
@@ -117,12 +120,12 @@ static void guess_slip(const slip_piece *p, ds_quartic arriving, slip_unknowns *
 }
 
 ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, int direction, double duration,
-                          double start, ds_quartic arriving, ds_pressure pressure, int last_try)
+                          double start, ds_quartic incident, ds_wob wob, int last_try)
 {
     slip_piece p = {law, direction, duration / law->inertia, {0.0}, {0.0}};
     for (int i = 0; i < 4; ++i) {
-        p.drive[i] = law->twice_impedance * ds_quartic_value(arriving, ds_nodes[i]);
-        p.weight[i] = pressure.weight + ds_nodes[i] * pressure.rise;
+        p.drive[i] = law->twice_impedance * ds_quartic_value(incident, ds_nodes[i]);
+        p.weight[i] = wob.weight + ds_nodes[i] * wob.rise;
     }
     const slip_point first = at_point(&p, 0, start);
     ds_slip slip = {{0.0, 0.0, 0.0, 0.0, 0.0}, 0.0, fabs(first.derivative) / GREATEST_STIFFNESS};
@@ -133,13 +136,13 @@ ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, in
     const double g = start == 0.0 && first.value * direction < 0.0 ? 0.0 : first.value;
     slip_unknowns u = {{start, 0.0, 0.0, 0.0}, {g, 0.0, 0.0, 0.0}, {first.derivative, 0.0, 0.0, 0.0},
                   {first.dry, 0.0, 0.0, 0.0}};
-    guess_slip(&p, arriving, &u);
+    guess_slip(&p, incident, &u);
     solve_slip(&p, accuracy->newton, &u);
     slip.speed = ds_antiderivative(start, u.slope);
     slip.power = slip_power(law, &u);
     const double *const j = u.jacobian;
     const double stiffest = greater(greater(greater(fabs(j[0]), fabs(j[1])), fabs(j[2])), fabs(j[3]));
-    const double truncation = fabs(slip.speed.c4) * (stiffest + law->rate * fabs(u.speed[3] - start));
+    const double truncation = fabs(slip.speed.c4) * (stiffest + law->friction.rate * fabs(u.speed[3] - start));
     slip.roughness = greater(stiffest / GREATEST_STIFFNESS, truncation / accuracy->truncation);
     return slip;
 }

@@ -7,6 +7,15 @@
 #include "ds_linkage.h"
 #include "ds_quartic.h"
 
+/* constants of the bit equation */
+typedef struct {
+    double twice_impedance; /* N m s/rad, 2 Z */
+    double damping;         /* N m s/rad, Z + c_b */
+    double viscosity;       /* N m s/rad, c_b, eq. (3) */
+    double inertia;         /* kg m2, I_B, eq. (2) */
+    ds_friction friction;   /* at the lever R_b */
+} ds_bit_law;
+
 /* what is asked of a piece */
 typedef struct {
     double truncation; /* rad/s, truncation from which on a piece is too rough */
@@ -17,7 +26,7 @@ typedef struct {
 typedef struct {
     double weight; /* N, at its begin */
     double rise;   /* N, its rise over the piece */
-} ds_pressure;
+} ds_wob;
 
 typedef struct {
     ds_quartic speed; /* rad/s, bit speed over the piece */
@@ -29,6 +38,6 @@ DS_SHARED ds_accuracy ds_accuracy_on(const ds_clock *clock);
 /* the slip in a direction over a piece of a duration [s] that begins with the speed `start` [rad/s]; a piece whose
  * begin shows that it is too rough is integrated only if it is the last try */
 DS_SHARED ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, int direction, double duration,
-                                    double start, ds_quartic arriving, ds_pressure pressure, int last_try);
+                                    double start, ds_quartic incident, ds_wob wob, int last_try);
 
 #endif

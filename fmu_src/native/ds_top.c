@@ -5,8 +5,8 @@ void ds_top_start(ds_top *top, double angle)
     top->block = 0;
     top->begin = 0.0;
     top->end = 0.0;
-    top->arriving = DS_NO_PIECE.wave;
-    top->leaving = DS_NO_PIECE.wave;
+    top->incident = DS_NO_PIECE.wave;
+    top->outgoing = DS_NO_PIECE.wave;
     top->incoming = DS_NO_PIECE;
     top->angle = angle;
     top->work = 0.0;
@@ -23,19 +23,19 @@ void ds_top_open(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_l
     top->end = top->incoming.end;
     const double first = top->incoming.begin;
     const double last = top->incoming.end;
-    top->arriving = ds_quartic_restrict(top->incoming.wave, (top->begin - first) / (last - first), 1.0);
+    top->incident = ds_quartic_restrict(top->incoming.wave, (top->begin - first) / (last - first), 1.0);
     double rise;
     const double omega = ds_ramp_at(&top->omega, clock, top->block, top->begin, top->end, &rise);
-    top->leaving.c0 = law->transmission * omega - law->reflection * top->arriving.c0;
-    top->leaving.c1 = law->transmission * rise - law->reflection * top->arriving.c1;
-    top->leaving.c2 = -law->reflection * top->arriving.c2;
-    top->leaving.c3 = -law->reflection * top->arriving.c3;
-    top->leaving.c4 = -law->reflection * top->arriving.c4;
+    top->outgoing.c0 = law->transmission * omega - law->reflection * top->incident.c0;
+    top->outgoing.c1 = law->transmission * rise - law->reflection * top->incident.c1;
+    top->outgoing.c2 = -law->reflection * top->incident.c2;
+    top->outgoing.c3 = -law->reflection * top->incident.c3;
+    top->outgoing.c4 = -law->reflection * top->incident.c4;
 }
 
 void ds_top_close(const ds_top_law *law, const ds_clock *clock, ds_top *top, ds_line *down, ds_piece *down_ring)
 {
-    const ds_piece piece = {top->begin, top->end, top->leaving, 0.0};
+    const ds_piece piece = {top->begin, top->end, top->outgoing, 0.0};
     ds_line_push(down, down_ring, piece);
     ds_top_finish(law, clock, top);
 }
@@ -63,8 +63,8 @@ int ds_top_cut(ds_top *top, double fraction)
     }
     if (top->end - fraction > DS_SNAP) {
         const double x = (fraction - top->begin) / (top->end - top->begin);
-        top->arriving = ds_quartic_restrict(top->arriving, 0.0, x);
-        top->leaving = ds_quartic_restrict(top->leaving, 0.0, x);
+        top->incident = ds_quartic_restrict(top->incident, 0.0, x);
+        top->outgoing = ds_quartic_restrict(top->outgoing, 0.0, x);
         top->end = fraction;
     }
     return 1;
@@ -72,7 +72,7 @@ int ds_top_cut(ds_top *top, double fraction)
 
 ds_quartic ds_top_speed(const ds_top *top)
 {
-    return ds_quartic_add(top->arriving, top->leaving);
+    return ds_quartic_add(top->incident, top->outgoing);
 }
 
 double ds_top_drive(const ds_clock *clock, const ds_top *top, double x)

@@ -1,4 +1,4 @@
-/* The top end: the up-going wave arrives, the drive turns, the down-going wave leaves. Follows models/plant/top.py. */
+/* The top end: the up-going wave is incident, the drive turns, the down-going wave is outgoing. Follows models/plant/top.py. */
 #ifndef DS_TOP_H
 #define DS_TOP_H
 
@@ -13,17 +13,17 @@ typedef struct {
 } ds_top_law;
 
 typedef struct {
-    int64_t block;      /* 1, block of the piece that holds the present */
-    double begin;      /* 1, its begin as a fraction of the block */
-    double end;        /* 1, its end */
-    ds_quartic arriving; /* rad/s, U_b(t - Gamma) on the piece */
-    ds_quartic leaving;  /* rad/s, D(t) on the piece */
-    ds_piece incoming; /* rad/s, the piece of the up-going wave that `arriving` is a part of */
-    ds_ramp omega;     /* rad/s, the drive */
-    double angle;      /* rad, angle of the top up to `begin` */
-    double work;       /* J, work on the string up to `begin` */
-    double driven;     /* J, work of the drive up to `begin` */
-    double slid;       /* J, lost between them in the sliding up to `begin` */
+    int64_t block;       /* 1, block of the piece that holds the present */
+    double begin;        /* 1, its begin as a fraction of the block */
+    double end;          /* 1, its end */
+    ds_quartic incident; /* rad/s, U_b(t - Gamma) on the piece */
+    ds_quartic outgoing; /* rad/s, D(t) on the piece */
+    ds_piece incoming;   /* rad/s, the piece of the up-going wave that `incident` is a part of */
+    ds_ramp omega;       /* rad/s, the drive */
+    double angle;        /* rad, angle of the top up to `begin` */
+    double work;         /* J, work on the string up to `begin` */
+    double driven;       /* J, work of the drive up to `begin` */
+    double slid;         /* J, lost between them in the sliding up to `begin` */
 } ds_top;
 
 /* integrals from 0 to x of a piece, per unit of x */

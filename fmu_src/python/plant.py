@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import Any, Generic, TypeVar
 
 from models.plant.clock import CELL_LIMIT
+from models.plant.friction import ORDERED, TUNABLE
 from models.plant.neutral import DrillstringNeutral, InitialState, Outputs
 from models.plant.parameters import DrillstringParameters
 
 from .slave import TableSlave
 
-_TUNABLE = ("c_b", "mu_cb", "mu_sb", "gamma_b")
 MOST_CELLS = 1e7
 MOST_BLOCKS_RUN = 2.0**52
 """Up to here a cell number and a fraction of the cell fit a float."""
@@ -42,7 +42,7 @@ class PlantSlave(TableSlave, Generic[Plant]):
 
     def check(self, values: Sequence[Any]) -> str | None:
         """Return what is wrong between the friction coefficients."""
-        return self.below(values, "mu_sb", "mu_cb")
+        return self.below(values, *ORDERED)
 
     def require_cells(self, parameters: DrillstringParameters, cells: int) -> None:
         """Refuse a string too long for cells that are chosen."""
@@ -68,8 +68,8 @@ class PlantSlave(TableSlave, Generic[Plant]):
                 f"the step ends at {end!r} s; expected at most {clock.start + MOST_BLOCKS_RUN * clock.block:.9g} s, "
                 f"as far as blocks of {clock.block:.3g} s can be counted"
             )
-        friction = {name: values[at[name]] for name in _TUNABLE}
-        if any(friction[name] != getattr(plant.parameters, name) for name in _TUNABLE):
+        friction = {name: values[at[name]] for name in TUNABLE}
+        if any(friction[name] != getattr(plant.parameters, name) for name in TUNABLE):
             plant.set_friction(replace(plant.parameters, **friction))
         plant.set_inputs(values[at["Omega"]], values[at["WOB"]])
         before = (values[at["slip_count"]], values[at["last_stop_time"]], values[at["breaks_folded"]])

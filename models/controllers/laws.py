@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 
 class DriveCommand(NamedTuple):
-    """What a drive law asks for: Omega [rad/s], and whether a guard or the limit made it."""
+    """Command of a drive law: Omega [rad/s], and whether the singularity guard or saturation made it."""
 
     omega: float
     guard_active: bool
@@ -32,9 +32,10 @@ class DissipativeLaw:
     form : {"printed", "tracking"}
         Which of the two.
     omega_max : float
-        Limit of Omega in both directions [rad/s].
+        Saturation of Omega, in both directions [rad/s].
     top_speed_min : float
-        Least divisor of the printed form [rad/s]; a smaller top speed is replaced by it, with the sign of the speed.
+        Singularity guard of the printed form, its least divisor [rad/s]; a smaller top speed is replaced by it, with
+        the sign of the speed.
     """
 
     c_1: float = 0.3
@@ -94,7 +95,7 @@ class WeightOnBitLaw:
     gain : float
         K_w [N s/rad]; not in the paper.
     least, greatest : float
-        WOB_0 > 0 and WOB_max [N].
+        WOB_0 > 0, and WOB_max at which the law saturates [N].
     """
 
     gain: float = 5000.0
@@ -107,7 +108,7 @@ class WeightOnBitLaw:
         return weight if weight <= self.greatest else self.greatest
 
     def limited(self, bit_speed: float) -> bool:
-        """Return whether the limit makes the weight on bit at a bit speed [rad/s]."""
+        """Return whether the law is saturated at a bit speed [rad/s]."""
         return self._unlimited(bit_speed) > self.greatest
 
     def _unlimited(self, bit_speed: float) -> float:

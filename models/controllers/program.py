@@ -1,4 +1,4 @@
-"""What the driller asks for over time: one change of rotation and of weight, or a table of both."""
+"""The driller's commands over time: one change of rotation and of weight, or a table of both."""
 
 from __future__ import annotations
 

@@ -5,6 +5,8 @@ libm and numpy differ from each other in the last bit and between versions; a st
 
 from __future__ import annotations
 
+from math import ldexp
+
 LOG2_E = 1.4426950408889634
 LN2_HIGH = 0.6931471803691238
 """Upper 32 bits of ln 2: its products with the exponents that occur are exact."""
@@ -13,7 +15,7 @@ LN2_LOW = 1.9082149292705877e-10
 LEAST, GREATEST = -708.0, 709.0
 """Outside, the result is 0 or that of the bound: it stays a normal number."""
 
-_POWERS_OF_TWO = tuple(2.0**k for k in range(-1022, 1024))
+_POWERS_OF_TWO = tuple(ldexp(1.0, k) for k in range(-1022, 1024))
 
 
 def exponential(x: float) -> float:

@@ -12,7 +12,7 @@ Quartic = tuple[float, float, float, float, float]
 
 ZERO: Quartic = (0.0, 0.0, 0.0, 0.0, 0.0)
 NONE = 2.0
-"""What a search in [0, 1] returns when there is nothing to find."""
+"""Result of a search in [0, 1] that finds nothing."""
 
 THIRD = 0.3333333333333333
 SIXTH = 0.16666666666666666

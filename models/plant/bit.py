@@ -1,4 +1,4 @@
-"""The bit: the down-going wave arrives, dry friction holds or drags, the up-going wave leaves.
+"""The bit: the down-going wave is incident, dry friction holds or drags, the up-going wave is outgoing.
 
     I_B dv/dt = 2 Z D(t - Gamma) - (Z + c_b) v - W R_b mu_b(v) sgn v
     U_b(t)    = v(t) - D(t - Gamma)
@@ -26,8 +26,7 @@ from ..numerics.quartic import (
 )
 from .clock import SNAP, Clock, Ramp
 from .delay_line import NOTHING, DelayLine
-from .friction import BitLaw
-from .slip import Accuracy, collocate
+from .slip import Accuracy, BitLaw, collocate
 
 SHORTEST_SLIP = 1e-9
 """A release that would stop again within this part of a piece is none: the bit stays stuck."""
@@ -36,8 +35,8 @@ MOST_HALVINGS = 30
 """More halvings are not made."""
 
 LOOSEST = 10.0
-"""Where strong breaks are folded the speed is followed less closely, up to this many times the truncation asked for:
-beyond, the energy that the bit gains would no longer be what the waves bring."""
+"""Greatest factor by which the truncation asked for is loosened where strong breaks are folded: beyond, the energy
+that the bit gains would no longer be what the waves bring."""
 
 
 class Bit:
@@ -49,11 +48,11 @@ class Bit:
         The piece: its block and its fractions of the block.
     direction : int
         1 or -1 while the bit slips that way, 0 while it is stuck.
-    arriving, turning : Quartic
+    incident, turning : Quartic
         D(t - Gamma) and v(t) on the piece [rad/s].
     speed : float
         Bit speed at `begin` [rad/s].
-    pressure : Ramp
+    wob : Ramp
         The weight on bit as it was set [N].
     weight, weight_rise : float
         Weight on bit at `begin` and its rise over the piece [N].
@@ -61,7 +60,7 @@ class Bit:
         The piece ends because the bit comes to rest there.
     releases : int
         Direction in which the bit breaks loose at the end of the piece, 0 if it does not.
-    arrived : bool
+    halted : bool
         The last piece ended at rest, and it is not yet decided whether the bit sticks.
     roughness : float
         How hard the speed over the piece is to follow; a piece above 1 is halved.
@@ -76,24 +75,24 @@ class Bit:
     """
 
     __slots__ = (
-        "accuracy", "angle", "arrived", "arriving", "begin", "block", "clock", "direction", "end", "incoming",
-        "last_release", "last_stop", "law", "loss", "power", "pressure", "releases", "roughness", "slips", "speed",
-        "stops", "stuck", "truncation", "turning", "weight", "weight_rise", "whole",
+        "accuracy", "angle", "begin", "block", "clock", "direction", "end", "halted", "incident", "incoming",
+        "last_release", "last_stop", "law", "loss", "power", "releases", "roughness", "slips", "speed", "stops",
+        "stuck", "truncation", "turning", "weight", "weight_rise", "whole", "wob",
     )  # fmt: skip
 
-    def __init__(self, law: BitLaw, clock: Clock, speed: float, pressure: Ramp) -> None:
+    def __init__(self, law: BitLaw, clock: Clock, speed: float, wob: Ramp) -> None:
         self.law = law
         self.clock = clock
         self.accuracy = Accuracy.on(clock)
         self.block = 0
         self.begin = self.end = 0.0
         self.direction = 1 if speed > 0.0 else -1 if speed < 0.0 else 0
-        self.arriving = self.turning = ZERO
+        self.incident = self.turning = ZERO
         self.incoming = NOTHING
         self.speed = speed
-        self.pressure = pressure
+        self.wob = wob
         self.weight = self.weight_rise = 0.0
-        self.stops = self.arrived = self.whole = False
+        self.stops = self.halted = self.whole = False
         self.releases = 0
         self.truncation = self.roughness = self.power = 0.0
         self.angle = self.loss = self.stuck = 0.0
@@ -101,14 +100,14 @@ class Bit:
         self.slips = 0
 
     def open(self, down: DelayLine) -> None:
-        """Take up the next piece: to the end of the wave that arrives, or to the first stop or release in it."""
+        """Take up the next piece: to the end of the incident piece, or to the first stop or release in it."""
         if self.begin >= self.incoming[1]:
             self.incoming = down.pop()
             self.begin = self.incoming[0]
         self.end = self.incoming[1]
         first, last, wave, _ = self.incoming
-        self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
-        self.weight, self.weight_rise = self.pressure.over(self.clock, self.block, self.begin, self.end)
+        self.incident = restrict(wave, (self.begin - first) / (last - first), 1.0)
+        self.weight, self.weight_rise = self.wob.over(self.clock, self.block, self.begin, self.end)
         self.stops = False
         # hardly anything need be followed closer than the breaks that are folded
         asked = self.accuracy.truncation
@@ -118,11 +117,11 @@ class Bit:
             self._rest()
         else:
             self._slip()
-        self.arrived = False
+        self.halted = False
 
     def close(self, up: DelayLine) -> None:
         """Send the wave of the piece up the string and go to its end."""
-        up.push(self.begin, self.end, subtract(self.turning, self.arriving))
+        up.push(self.begin, self.end, subtract(self.turning, self.incident))
         self.finish()
 
     def finish(self) -> None:
@@ -137,7 +136,7 @@ class Bit:
         if self.stops:
             self.speed = 0.0
             self.direction = 0
-            self.arrived = True
+            self.halted = True
         self.begin = self.end
         if self.end >= 1.0:
             self.block += 1
@@ -161,9 +160,9 @@ class Bit:
         """Return the torque on bit at x of the piece; the reaction of the rock while the bit is stuck [N m]."""
         law = self.law
         if self.direction == 0:
-            return law.twice_impedance * value(self.arriving, x)
+            return law.twice_impedance * value(self.incident, x)
         speed = value(self.turning, x)
-        dry = (self.weight + x * self.weight_rise) * (law.coulomb + law.excess * law.fading(self.direction, speed))
+        _, dry, _ = law.friction.at(self.weight + x * self.weight_rise, self.direction * speed)
         return law.viscosity * speed + dry * self.direction
 
     def power_integral(self, x: float) -> float:
@@ -198,7 +197,7 @@ class Bit:
                 self._count_release()
                 return
             x = NONE
-        if self.arrived:
+        if self.halted:
             self.last_stop = self.clock.time(self.block, self.begin)
         self.turning = ZERO
         self.releases = 0
@@ -209,16 +208,16 @@ class Bit:
     def _count_release(self) -> None:
         """Count a release, but not a passage through rest, nor one again that is decided anew."""
         time = self.clock.time(self.block, self.begin)
-        if not self.arrived and (self.slips == 0 or time != self.last_release):
+        if not self.halted and (self.slips == 0 or time != self.last_release):
             self.last_release = time
             self.slips += 1
 
     def _excess_torque(self) -> tuple[Quartic, Quartic]:
         """Return by how much the torque on the stuck bit exceeds the static friction ahead and back [N m]."""
         z = self.law.twice_impedance
-        a0, a1, a2, a3, a4 = self.arriving
-        static = self.law.static * self.weight
-        rise = self.law.static * self.weight_rise
+        a0, a1, a2, a3, a4 = self.incident
+        static = self.law.friction.static * self.weight
+        rise = self.law.friction.static * self.weight_rise
         ahead = (z * a0 - static, z * a1 - rise, z * a2, z * a3, z * a4)
         back = (-(z * a0) - static, -(z * a1) - rise, -(z * a2), -(z * a3), -(z * a4))
         return ahead, back
@@ -246,13 +245,13 @@ class Bit:
         duration = (self.end - self.begin) * self.clock.block
         dry = (self.weight, self.weight_rise)
         accuracy = Accuracy(self.truncation, self.accuracy.newton)
-        slip = collocate(self.law, accuracy, self.direction, duration, self.speed, self.arriving, dry, last_try)
+        slip = collocate(self.law, accuracy, self.direction, duration, self.speed, self.incident, dry, last_try)
         self.turning, self.power, self.roughness = slip
         self.whole = True
 
     def _shorten(self, x: float, fraction: float) -> None:
         """End the piece at x, which is at `fraction` of the block."""
-        self.arriving = restrict(self.arriving, 0.0, x)
+        self.incident = restrict(self.incident, 0.0, x)
         self.turning = restrict(self.turning, 0.0, x)
         self.weight_rise = x * self.weight_rise
         self.end = fraction
@@ -266,7 +265,7 @@ class Bit:
         """Take a state of :meth:`state` back."""
         for name, content in state.items():
             setattr(self, name, content)
-        self.pressure = Ramp(*state["pressure"])
+        self.wob = Ramp(*state["wob"])
 
 
 _CONSTANT = frozenset({"accuracy", "clock", "law"})

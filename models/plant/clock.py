@@ -41,7 +41,7 @@ class Clock:
 
     @property
     def coarseness(self) -> float:
-        """How many times the longest block of the default grid a block is: the longer, the more error is allowed."""
+        """Length of a block relative to the longest of the default grid: the longer, the more error is allowed."""
         return self.block / (BLOCK * CELL_LIMIT)
 
     def place(self, time: float) -> tuple[int, float]:

@@ -18,19 +18,19 @@ class DampedBit(DampedEnd):
         if bit.begin >= bit.incoming[1]:
             self.take(down)
         own = (bit.speed, self._coming_rise(bit, self.raw[1]))
-        bit.incoming = self.arrival(bit.begin, -1.0, own)
+        bit.incoming = self.incident(bit.begin, -1.0, own)
         bit.open(down)
 
     def close(self, bit: Bit, up: DelayLine) -> None:
         """Send the piece of the bit up the string and go to its end."""
-        sent = subtract(bit.turning, bit.arriving)
-        wave = self.departure(bit.begin, bit.end, bit.arriving, sent, bit.turning)
+        sent = subtract(bit.turning, bit.incident)
+        wave = self.outgoing(bit.begin, bit.end, bit.incident, sent, bit.turning)
         up.push(bit.begin, bit.end, wave)
         bit.finish()
 
     def settled_by(self, bit: Bit, x: float) -> float:
         """Return what the pieces up to x of the present one have settled [rad^2/s^2 blocks]."""
-        return self.settled_at(bit.begin, bit.end, bit.arriving, bit.turning, x)
+        return self.settled_at(bit.begin, bit.end, bit.incident, bit.turning, x)
 
     def square_by(self, bit: Bit, x: float) -> float:
         """Return the integral of the squared bit speed up to x of the present piece [rad^2/s^2 blocks]."""
@@ -40,13 +40,14 @@ class DampedBit(DampedEnd):
         """Return about how much the bit speed rises up to the end of the piece, as far as its begin tells [rad/s]."""
         law = bit.law
         duration = (end - bit.begin) * bit.clock.block
-        weight, _ = bit.pressure.over(bit.clock, bit.block, bit.begin, end)
+        weight, _ = bit.wob.over(bit.clock, bit.block, bit.begin, end)
         torque = law.twice_impedance * self.wave_at(bit.begin)
         if bit.speed == 0.0:
-            holding = law.static * weight
+            holding = law.friction.static * weight
             if abs(torque) <= holding:
                 return 0.0
             return duration * (torque - holding if torque > 0.0 else torque + holding) / law.inertia
         direction = 1 if bit.speed > 0.0 else -1
-        dry = weight * (law.coulomb + law.excess * law.fading(direction, bit.speed)) * direction
+        _, friction, _ = law.friction.at(weight, direction * bit.speed)
+        dry = friction * direction
         return duration * (torque - law.damping * bit.speed - dry) / law.inertia

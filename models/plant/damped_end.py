@@ -1,8 +1,8 @@
-"""The damping next to an end of the string, where the wave that leaves crosses the one it was made of.
+"""The damping next to an end of the string, where the outgoing wave crosses the incident one it was made of.
 
-There a cell of `models.plant.exchange` is cut in half by the end. The wave Y that arrives at x of a block was q before
-it met what the end has sent, S, since the begin of the block, and S becomes the wave d when it has met what still
-arrives:
+There a cell of `models.plant.exchange` is cut in half by the end. The wave Y that is incident at x of a block was q
+before it met what the end has sent, S, since the begin of the block, and S becomes the outgoing wave d when it has met
+what is still to come:
 
     Y(x) = q(x) - kappa (x (q + Y) / 2 + integral of S from 0 to x - kappa w x^2 / 2)
     d(x) = S(x) - kappa ((1 - x) (S + d) / 2 + integral of q from x to 1 - kappa w x (1 - x))
@@ -26,7 +26,7 @@ class DampedEnd:
     Attributes
     ----------
     raw : Piece
-        The piece that arrives, as it was before it met what the end sends.
+        The incident piece, as it was before it met what the end sends.
     following : float
         Integral of the wave over the rest of the block after `raw` [rad/s blocks].
     sent : float
@@ -35,7 +35,7 @@ class DampedEnd:
         Integral of the squared speed of the end, in blocks [rad^2/s^2].
     settled : float
         What the pieces of this block change in the integral of the squared waves, so that it follows from what has
-        arrived, been sent and been lost so far; zero, nearly, at the end of the block [rad^2/s^2].
+        come in, been sent and been lost so far; zero, nearly, at the end of the block [rad^2/s^2].
     """
 
     __slots__ = ("following", "raw", "sent", "settled", "square", "strength")
@@ -55,15 +55,15 @@ class DampedEnd:
             self.following = self.following + (end - begin) * integral(wave, 1.0)
             index = index + 1 if index + 1 < len(line.pieces) else 0
 
-    def arrival(self, begin: float, echo: float, own: tuple[float, float]) -> Piece:
-        """Return what arrives of the piece from `begin` on, while the end sends `echo` times it and a straight line.
+    def incident(self, begin: float, echo: float, own: tuple[float, float]) -> Piece:
+        """Return the incident piece from `begin` on, while the end sends `echo` times it and a straight line.
 
         Parameters
         ----------
         begin : float
             Fraction of the block.
         echo : float
-            What the end sends of the wave that arrives.
+            Share of the incident wave that the end sends back.
         own : (float, float)
             What it sends of its own at `begin`, and its rise to the end of the piece [rad/s].
         """
@@ -85,15 +85,15 @@ class DampedEnd:
             y4 = q[4] - kappa * (begin * m4 + length * (m3 + 0.25 * s3))
         return (begin, end, (y0, y1, y2, y3, y4), 0.0)
 
-    def departure(self, begin: float, end: float, arrived: Quartic, sent: Quartic, speed: Quartic) -> Quartic:
-        """Return what becomes of the wave that is sent on a piece, and count the piece.
+    def outgoing(self, begin: float, end: float, incident: Quartic, sent: Quartic, speed: Quartic) -> Quartic:
+        """Return the outgoing wave that the sent one becomes on a piece, and count the piece.
 
         Parameters
         ----------
         begin, end : float
             Fractions of the block.
-        arrived, sent, speed : Quartic
-            The waves as they arrive and leave, and the speed of the end, on the piece [rad/s].
+        incident, sent, speed : Quartic
+            The incident and the sent wave, and the speed of the end, on the piece [rad/s].
         """
         length = end - begin
         kappa = self.strength
@@ -113,13 +113,13 @@ class DampedEnd:
             d2 = sent[2] - kappa * (after * m2 - length * (m1 + 0.5 * q[1]) + bend * (length * length))
             d3 = sent[3] - kappa * (after * m3 - length * (m2 + THIRD * q[2]))
             d4 = sent[4] - kappa * (after * m4 - length * (m3 + 0.25 * q[3]))
-        departed = (d0, d1, d2, d3, d4)
+        outgoing = (d0, d1, d2, d3, d4)
         turned = square_integral(speed)
-        change = (square_integral(q) - square_integral(arrived)) + (square_integral(sent) - square_integral(departed))
+        change = (square_integral(q) - square_integral(incident)) + (square_integral(sent) - square_integral(outgoing))
         self.square = self.square + length * turned
         self.settled = self.settled + length * (change - kappa * turned) if end < 1.0 else 0.0
         self.sent = self.sent + length * integral(sent, 1.0) if end < 1.0 else 0.0
-        return departed
+        return outgoing
 
     def wave_at(self, begin: float) -> float:
         """Return the wave at a place of the piece, as it was before it met what the end sends [rad/s]."""
@@ -129,10 +129,10 @@ class DampedEnd:
         """Return `square` at x of a piece that is not counted yet."""
         return self.square + (end - begin) * product_integral(speed, speed, x)
 
-    def settled_at(self, begin: float, end: float, arrived: Quartic, speed: Quartic, x: float) -> float:
+    def settled_at(self, begin: float, end: float, incident: Quartic, speed: Quartic, x: float) -> float:
         """Return `settled` at x of a piece that is not counted yet."""
         q = self._wave(begin, end)
-        change = product_integral(q, q, x) - product_integral(arrived, arrived, x)
+        change = product_integral(q, q, x) - product_integral(incident, incident, x)
         return self.settled + (end - begin) * (change - self.strength * product_integral(speed, speed, x))
 
     def _wave(self, begin: float, end: float) -> Quartic:

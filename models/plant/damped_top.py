@@ -18,18 +18,18 @@ class DampedTop(DampedEnd):
             self.take(up)
         omega, rise = top.omega.over(top.clock, top.block, top.begin, self.raw[1])
         own = (top.transmission * omega, top.transmission * rise)
-        top.incoming = self.arrival(top.begin, -top.reflection, own)
+        top.incoming = self.incident(top.begin, -top.reflection, own)
         top.open(up)
 
     def close(self, top: Top, down: DelayLine) -> None:
         """Send the piece of the top down the string and go to its end."""
-        wave = self.departure(top.begin, top.end, top.arriving, top.leaving, top.speed())
+        wave = self.outgoing(top.begin, top.end, top.incident, top.outgoing, top.speed())
         down.push(top.begin, top.end, wave)
         top.finish()
 
     def settled_by(self, top: Top, x: float) -> float:
         """Return what the pieces up to x of the present one have settled [rad^2/s^2 blocks]."""
-        return self.settled_at(top.begin, top.end, top.arriving, top.speed(), x)
+        return self.settled_at(top.begin, top.end, top.incident, top.speed(), x)
 
     def square_by(self, top: Top, x: float) -> float:
         """Return the integral of the squared top speed up to x of the present piece [rad^2/s^2 blocks]."""

@@ -21,7 +21,7 @@ NEGLIGIBLE = 1e-9
 
 LEAST_NEGLIGIBLE = 1e-13
 MOST_NEGLIGIBLE = 1e-4
-"""What it falls to on fine grids and rises to on coarse ones, as the fourth power of the block [rad/s]."""
+"""Bounds to which it falls on fine grids and rises on coarse ones, as the fourth power of the block [rad/s]."""
 
 LEAST_BREAKS = 256
 """Breaks a queue can hold at least; on fine grids it holds one for each cell."""

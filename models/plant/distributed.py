@@ -15,11 +15,11 @@ from .clock import SNAP, Ramp
 from .damped_bit import DampedBit
 from .damped_top import DampedTop
 from .delay_line import Piece
-from .distributed_parameters import DistributedParameters
 from .exchange import Exchange, exchange
-from .friction import BitLaw
+from .friction import TUNABLE
 from .neutral import DrillstringNeutral, InitialState
-from .parameters import DrillstringParameters
+from .parameters import DistributedParameters, DrillstringParameters
+from .slip import BitLaw
 from .station import StationOutputs, Stations
 
 
@@ -108,28 +108,28 @@ class DrillstringDistributed(DrillstringNeutral):
     def set_inputs(self, omega: float, weight: float, omega_slope: float = 0.0, weight_slope: float = 0.0) -> None:
         """Set Omega [rad/s] and WOB [N] from now on, and their derivatives [1/s]."""
         top, bit = self.top, self.bit
-        drive = omega != top.omega.value or omega_slope != 0.0 or top.omega.slope != 0.0
-        pressure = weight != bit.pressure.value or weight_slope != 0.0 or bit.pressure.slope != 0.0
-        if not (drive or pressure):
+        drive_changes = omega != top.omega.value or omega_slope != 0.0 or top.omega.slope != 0.0
+        wob_changes = weight != bit.wob.value or weight_slope != 0.0 or bit.wob.slope != 0.0
+        if not (drive_changes or wob_changes):
             return
         number, fraction = self.place
         turned = self._turn_at(fraction)
-        if drive:
+        if drive_changes:
             if top.block == number and top.cut(fraction):
                 self._close_top()
             top.omega = Ramp(omega, omega_slope, number, fraction)
-        if pressure:
+        if wob_changes:
             if bit.block == number and bit.cut(fraction):
                 self._close_bit_piece()
-            bit.pressure = Ramp(weight, weight_slope, number, fraction)
-        if drive or turned:
+            bit.wob = Ramp(weight, weight_slope, number, fraction)
+        if drive_changes or turned:
             self._open_top()
-        if pressure or turned:
+        if wob_changes or turned:
             self._open_bit()
 
     def set_friction(self, parameters: DrillstringParameters) -> None:
-        """Change the tunable friction parameters c_b, mu_cb, mu_sb and gamma_b from now on."""
-        friction = {name: getattr(parameters, name) for name in ("c_b", "mu_cb", "mu_sb", "gamma_b")}
+        """Change the tunable parameters of the friction from now on."""
+        friction = {name: getattr(parameters, name) for name in TUNABLE}
         self.parameters = replace(self.parameters, **friction)
         number, fraction = self.place
         turned = self._turn_at(fraction)

@@ -1,4 +1,4 @@
-"""What the damping along the string makes of two waves that pass through each other.
+"""The damping along the string, which changes two waves as they pass through each other.
 
 With U the up-going and D the down-going wave, eq. (1) is, along the ways of the two waves,
 

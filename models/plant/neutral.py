@@ -9,8 +9,8 @@ from ..numerics.quartic import integral, product_integral, restrict, square_inte
 from .bit import Bit
 from .clock import Clock, Ramp, blocks_for
 from .delay_line import DelayLine, Piece
-from .friction import BitLaw
 from .parameters import DrillstringParameters
+from .slip import BitLaw
 from .top import Top
 
 
@@ -110,14 +110,14 @@ class DrillstringNeutral:
                 top.close(self.down)
             top.omega = Ramp(omega, omega_slope, number, fraction)
             top.open(self.up)
-        if weight != bit.pressure.value or weight_slope != 0.0 or bit.pressure.slope != 0.0:
+        if weight != bit.wob.value or weight_slope != 0.0 or bit.wob.slope != 0.0:
             if bit.block == number and bit.cut(fraction):
                 bit.close(self.up)
-            bit.pressure = Ramp(weight, weight_slope, number, fraction)
+            bit.wob = Ramp(weight, weight_slope, number, fraction)
             bit.open(self.down)
 
     def set_friction(self, parameters: DrillstringParameters) -> None:
-        """Change the tunable friction parameters c_b, mu_cb, mu_sb and gamma_b from now on."""
+        """Change the tunable parameters of the friction from now on."""
         self.parameters = parameters
         number, fraction = self.place
         if self.bit.block == number and self.bit.cut(fraction):
@@ -207,16 +207,16 @@ class DrillstringNeutral:
         up = self.up.square + self.up.square_rest
         from_bit, from_top = self._coming()
         up += _square_after(from_bit, top.begin + y * (top.end - top.begin))
-        wave = subtract(bit.turning, bit.arriving)
+        wave = subtract(bit.turning, bit.incident)
         up += (bit.end - bit.begin) * product_integral(wave, wave, x)
         down = self.down.square + self.down.square_rest
         down += _square_after(from_top, bit.begin + x * (bit.end - bit.begin))
-        down += (top.end - top.begin) * product_integral(top.leaving, top.leaving, y)
+        down += (top.end - top.begin) * product_integral(top.outgoing, top.outgoing, y)
         speed = value(bit.turning, x)
         return self.impedance * self.clock.block * (up + down) + 0.5 * self.parameters.I_B * (speed * speed)
 
     def _coming(self) -> tuple[Piece, Piece]:
-        """Return the pieces of the waves that arrive at the top and at the bit."""
+        """Return the incident pieces at the top and at the bit."""
         return self.top.incoming, self.bit.incoming
 
     def state(self) -> dict[str, Any]:

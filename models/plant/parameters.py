@@ -1,20 +1,26 @@
-"""The parameters of the drillstring and the constants of the wave form that follow from them."""
+"""The parameters of the drillstring, without and with damping along it, and the constants that follow from them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import isfinite, sqrt
+from typing import ClassVar
 
-from .clock import CELL_LIMIT
+from .clock import CELL_LIMIT, blocks_for
+from .friction import FrictionParameters
+
+MOST_STRENGTH = 0.125
+"""Blocks are so short that a wave loses about this share of itself while it crosses one, at most."""
 
 
 @dataclass(frozen=True)
-class DrillstringParameters:
-    """Parameters by the paper's symbols; the defaults are the paper's values (section 3).
+class DrillstringParameters(FrictionParameters):
+    """Parameters by the paper's symbols; the defaults are the paper's values.
 
-    ``I_B`` is not given in the paper; 89 kg m^2 is the value usual in the same group's work.
+    Source: Saldivar et al. (2011), eqs. (1) to (4) and section 3. ``I_B`` is not given in the paper; 89 kg m^2 is the
+    value usual in the same group's work. Beside these there are the parameters of the friction, by keyword only.
 
-    Attributes
+    Parameters
     ----------
     G : float
         Shear modulus [Pa].
@@ -26,16 +32,16 @@ class DrillstringParameters:
         Length [m].
     I_B : float
         Inertia of the bottom hole assembly [kg m^2].
-    c_a, c_b : float
-        Damping of the sliding top and of the bit [N m s/rad].
-    R_b : float
-        Bit radius [m].
-    mu_cb, mu_sb : float
-        Coulomb and static friction coefficients, 0 <= mu_cb <= mu_sb <= 1.
-    gamma_b : float
-        Velocity decrease rate, in [0, 1].
-    v_f : float
-        Velocity that makes ``gamma_b |v| / v_f`` a number [rad/s].
+    c_a : float
+        Damping of the sliding top [N m s/rad].
+    **friction : float
+        ``c_b``, ``R_b``, ``mu_cb``, ``mu_sb``, ``gamma_b`` and ``v_f`` of
+        :class:`models.plant.friction.FrictionParameters`.
+
+    Raises
+    ------
+    ValueError
+        A parameter is not finite or has the wrong sign, or mu_cb <= mu_sb <= 1 or gamma_b <= 1 do not hold.
     """
 
     G: float = 79.3e9
@@ -44,25 +50,7 @@ class DrillstringParameters:
     L: float = 1172.0
     I_B: float = 89.0
     c_a: float = 2000.0
-    c_b: float = 0.03
-    R_b: float = 0.155575
-    mu_cb: float = 0.5
-    mu_sb: float = 0.8
-    gamma_b: float = 0.9
-    v_f: float = 1.0
-
-    def __post_init__(self) -> None:
-        """Refuse what is not physical: ValueError with name, value and expected range."""
-        for field in fields(self):
-            value = getattr(self, field.name)
-            lower = 0.0
-            if not isfinite(value) or value < lower or (value == lower and field.name in _POSITIVE):
-                bound = "> 0" if field.name in _POSITIVE else ">= 0"
-                raise ValueError(f"parameter {field.name} is {value}; expected a finite value {bound}")
-        if self.mu_sb < self.mu_cb or self.mu_sb > 1.0:
-            raise ValueError(f"parameter mu_sb is {self.mu_sb}; expected mu_cb = {self.mu_cb} <= mu_sb <= 1")
-        if self.gamma_b > 1.0:
-            raise ValueError(f"parameter gamma_b is {self.gamma_b}; expected 0 <= gamma_b <= 1")
+    POSITIVE: ClassVar[frozenset[str]] = FrictionParameters.POSITIVE | {"G", "J", "I", "L", "I_B", "c_a"}
 
     @property
     def impedance(self) -> float:
@@ -99,4 +87,42 @@ class DrillstringParameters:
         return count if count >= 4 else 4
 
 
-_POSITIVE = frozenset({"G", "J", "I", "L", "I_B", "c_a", "R_b", "v_f"})
+@dataclass(frozen=True)
+class DistributedParameters(DrillstringParameters):
+    """Parameters of the string with damping along it.
+
+    Attributes
+    ----------
+    beta : float
+        Damping per unit length [N s/rad], at least 0; the paper gives no value.
+    """
+
+    beta: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical: ValueError with name, value and expected range."""
+        super().__post_init__()
+        if not isfinite(self.beta) or self.beta < 0.0:
+            raise ValueError(f"parameter beta is {self.beta}; expected a finite value >= 0")
+
+    @property
+    def exchange_rate(self) -> float:
+        """Rate beta / (4 I) at which waves that cross change each other, for a pair of blocks [1/s]."""
+        return 0.25 * self.beta / self.I
+
+    @property
+    def damping_blocks(self) -> float:
+        """Blocks in a travel time that the damping alone asks for."""
+        return self.travel_time * self.exchange_rate / MOST_STRENGTH
+
+    def blocks_for(self, cells: int, stations: int) -> int:
+        """Return the blocks in a travel time: a multiple of the parts into which the stations divide the string."""
+        blocks = blocks_for(cells)
+        ratio = self.damping_blocks
+        damped = int(ratio)
+        if damped < ratio:
+            damped += 1
+        if damped > blocks:
+            blocks = damped
+        parts = stations + 1
+        return (blocks + parts - 1) // parts * parts

@@ -7,12 +7,14 @@ The speed is the quartic that satisfies it at the four Lobatto points of the pie
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..numerics.collocation import NODES, WEIGHTS, Inner, Slopes, antiderivative, correction, values
 from ..numerics.quartic import THIRD, ZERO, Quartic, value
 from .clock import Clock
-from .friction import BitLaw
+from .friction import Friction
+from .parameters import DrillstringParameters
 
 GREATEST_STIFFNESS = 0.5
 """A piece is too rough if its slope depends on the speed more strongly."""
@@ -23,7 +25,7 @@ TRUNCATION = 1e-6
 
 LEAST_TRUNCATION = 1e-10
 MOST_TRUNCATION = 0.1
-"""What this falls to on fine grids and rises to on coarse ones, as the sixth power of the block."""
+"""Bounds to which this falls on fine grids and rises on coarse ones, as the sixth power of the block."""
 
 NEWTON_STEPS = 12
 """Most Newton steps of a piece; two are usual."""
@@ -33,8 +35,31 @@ NEWTON_LIMIT = 3e-6
 changes as the square of the block [rad/s]."""
 
 
+@dataclass(frozen=True)
+class BitLaw:
+    """Constants of the bit equation, derived once from the parameters."""
+
+    twice_impedance: float
+    damping: float  # Z + c_b
+    viscosity: float  # c_b
+    inertia: float
+    friction: Friction  # at the lever R_b
+
+    @classmethod
+    def of(cls, parameters: DrillstringParameters) -> BitLaw:
+        """Derive the constants."""
+        impedance = parameters.impedance
+        return cls(
+            twice_impedance=2.0 * impedance,
+            damping=impedance + parameters.c_b,
+            viscosity=parameters.c_b,
+            inertia=parameters.I_B,
+            friction=Friction.of(parameters, parameters.R_b),
+        )
+
+
 class Accuracy(NamedTuple):
-    """What is asked of a piece.
+    """Accuracy asked of a piece.
 
     Attributes
     ----------
@@ -79,8 +104,8 @@ def collocate(
     direction: int,
     duration: float,
     start: float,
-    arriving: Quartic,
-    pressure: tuple[float, float],
+    incident: Quartic,
+    wob: tuple[float, float],
     last_try: bool,
 ) -> Slip:
     """Return the slip over a piece, by Newton's method from a friction that changes as at the begin.
@@ -99,15 +124,15 @@ def collocate(
         Of the piece [s].
     start : float
         Bit speed at its begin [rad/s].
-    arriving : Quartic
+    incident : Quartic
         D(t - Gamma) on the piece [rad/s].
-    pressure : (float, float)
+    wob : (float, float)
         Weight on bit at its begin, and its rise over the piece [N].
     last_try : bool
         The piece will not be halved again.
     """
-    drive = tuple(law.twice_impedance * value(arriving, node) for node in NODES)
-    weight = tuple(pressure[0] + node * pressure[1] for node in NODES)
+    drive = tuple(law.twice_impedance * value(incident, node) for node in NODES)
+    weight = tuple(wob[0] + node * wob[1] for node in NODES)
     piece = _Piece(law, direction, duration / law.inertia, drive, weight)
     g0, j0, dry0, _ = piece.slope(0, start)
     roughness = abs(j0) / GREATEST_STIFFNESS
@@ -116,19 +141,19 @@ def collocate(
     if start == 0.0 and g0 * direction < 0.0:
         g0 = 0.0  # by rounding: at a release the friction is overcome
     push = piece.scale * law.twice_impedance
-    bend = 0.5 * (j0 * g0 + push * arriving[1])
-    thrust = (THIRD * push * arriving[2], 0.25 * push * arriving[3], 0.2 * push * arriving[4])
+    bend = 0.5 * (j0 * g0 + push * incident[1])
+    thrust = (THIRD * push * incident[2], 0.25 * push * incident[3], 0.2 * push * incident[4])
     v1, v2, v3 = (start + x * (g0 + x * (bend + x * (thrust[0] + x * (thrust[1] + x * thrust[2])))) for x in NODES[1:])
     speed, slope, jacobian, dry = _solve(piece, accuracy.newton, (start, g0, dry0), (v1, v2, v3))
     turning = antiderivative(start, slope)
     stiffest = max(abs(j0), abs(jacobian[0]), abs(jacobian[1]), abs(jacobian[2]))
-    truncation = abs(turning[4]) * (stiffest + law.rate * abs(speed[3] - start))
+    truncation = abs(turning[4]) * (stiffest + law.friction.rate * abs(speed[3] - start))
     roughness = max(stiffest / GREATEST_STIFFNESS, truncation / accuracy.truncation)
     return Slip(turning, _power(law, speed, dry), roughness)
 
 
 class _Piece(NamedTuple):
-    """What is the same in all iterations: drive [N m] and weight [N] at the four points; the scale is h / I_B."""
+    """Constants of all iterations: drive [N m] and weight [N] at the four points; the scale is h / I_B."""
 
     law: BitLaw
     direction: int
@@ -137,13 +162,12 @@ class _Piece(NamedTuple):
     weight: tuple[float, ...]
 
     def slope(self, i: int, speed: float) -> tuple[float, float, float, float]:
-        """Return at a point dv/dx, its derivative by the speed, the dry friction [N m], and how fast that softens."""
+        """Return at a point dv/dx and its derivative by the speed, and the dry friction [N m] and its own."""
         law = self.law
-        fading = law.excess * law.fading(self.direction, speed)
-        dry = self.weight[i] * (law.coulomb + fading) * self.direction
-        softening = self.weight[i] * fading * law.rate
+        _, friction, dry_slope = law.friction.at(self.weight[i], self.direction * speed)
+        dry = friction * self.direction
         slope = self.scale * (self.drive[i] - law.damping * speed - dry)
-        return slope, self.scale * (softening - law.damping), dry, softening
+        return slope, self.scale * (-dry_slope - law.damping), dry, dry_slope
 
 
 def _solve(
@@ -164,7 +188,7 @@ def _solve(
         d1, d2, d3 = correction((w1 - v1, w2 - v2, w3 - v3), (j1, j2, j3))
         v1, v2, v3 = v1 + d1, v2 + d2, v3 + d3
         g1, g2, g3 = g1 + j1 * d1, g2 + j2 * d2, g3 + j3 * d3
-        f1, f2, f3 = f1 - s1 * d1, f2 - s2 * d2, f3 - s3 * d3
+        f1, f2, f3 = f1 + s1 * d1, f2 + s2 * d2, f3 + s3 * d3
         if abs(d1) <= limit and abs(d2) <= limit and abs(d3) <= limit:
             break
     return (v0, v1, v2, v3), (g0, g1, g2, g3), (j1, j2, j3), (f0, f1, f2, f3)

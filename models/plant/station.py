@@ -18,7 +18,7 @@ from .exchange import back, forth, newest
 
 
 class StationOutputs(NamedTuple):
-    """What is read at a station: speed [rad/s], torque [N m], and twist of the string above it [rad]."""
+    """Outputs of a station: speed [rad/s], torque [N m], and twist of the string above it [rad]."""
 
     speed: float
     torque: float
@@ -26,7 +26,7 @@ class StationOutputs(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What a station reads.
+    """Reading of a station.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ def _wave(line: DelayLine, index: int, fraction: float) -> tuple[float, float]:
 
 
 class _Station:
-    """Where the two blocks of a station begin in the rings, and its angle at the begin of the block [rad]."""
+    """Begins of the two blocks of a station in the rings, and its angle at the begin of the block [rad]."""
 
     __slots__ = ("above", "angle", "below")
 

@@ -1,4 +1,4 @@
-"""The top end: the up-going wave arrives, the drive turns, the down-going wave leaves.
+"""The top end: the up-going wave is incident, the drive turns, the down-going wave is outgoing.
 
 D(t)    = -Upsilon U_b(t - Gamma) + (c_a / Lambda) Omega(t)
 ydot(t) = U_b(t - Gamma) + D(t)
@@ -21,10 +21,10 @@ class Top:
     ----------
     block, begin, end : int, float, float
         The piece: its block and its fractions of the block.
-    arriving, leaving : Quartic
+    incident, outgoing : Quartic
         U_b(t - Gamma) and D(t) on the piece [rad/s].
     incoming : Piece
-        The piece of the up-going wave that `arriving` is a part of.
+        The piece of the up-going wave that `incident` is a part of.
     omega : Ramp
         The drive [rad/s].
     angle : float
@@ -34,7 +34,7 @@ class Top:
     """
 
     __slots__ = (
-        "angle", "arriving", "begin", "block", "clock", "driven", "end", "incoming", "leaving", "omega", "reflection",
+        "angle", "begin", "block", "clock", "driven", "end", "incident", "incoming", "omega", "outgoing", "reflection",
         "slid", "sliding", "transmission", "work",
     )  # fmt: skip
 
@@ -46,32 +46,32 @@ class Top:
         self.block = 0
         self.begin = 0.0
         self.end = 0.0
-        self.arriving = self.leaving = ZERO
+        self.incident = self.outgoing = ZERO
         self.incoming = NOTHING
         self.angle = angle
         self.work = self.driven = self.slid = 0.0
         self.omega = omega
 
     def open(self, up: DelayLine) -> None:
-        """Take up the next piece: from `begin` to the end of the wave that arrives."""
+        """Take up the next piece: from `begin` to the end of the incident piece."""
         if self.begin >= self.incoming[1]:
             self.incoming = up.pop()
             self.begin = self.incoming[0]
         self.end = self.incoming[1]
         first, last, wave, _ = self.incoming
-        self.arriving = restrict(wave, (self.begin - first) / (last - first), 1.0)
+        self.incident = restrict(wave, (self.begin - first) / (last - first), 1.0)
         omega, rise = self.omega.over(self.clock, self.block, self.begin, self.end)
-        self.leaving = (
-            self.transmission * omega - self.reflection * self.arriving[0],
-            self.transmission * rise - self.reflection * self.arriving[1],
-            -self.reflection * self.arriving[2],
-            -self.reflection * self.arriving[3],
-            -self.reflection * self.arriving[4],
+        self.outgoing = (
+            self.transmission * omega - self.reflection * self.incident[0],
+            self.transmission * rise - self.reflection * self.incident[1],
+            -self.reflection * self.incident[2],
+            -self.reflection * self.incident[3],
+            -self.reflection * self.incident[4],
         )
 
     def close(self, down: DelayLine) -> None:
         """Send the piece down the string and go to its end."""
-        down.push(self.begin, self.end, self.leaving)
+        down.push(self.begin, self.end, self.outgoing)
         self.finish()
 
     def finish(self) -> None:
@@ -97,14 +97,14 @@ class Top:
             return False
         if self.end - fraction > SNAP:
             x = (fraction - self.begin) / (self.end - self.begin)
-            self.arriving = restrict(self.arriving, 0.0, x)
-            self.leaving = restrict(self.leaving, 0.0, x)
+            self.incident = restrict(self.incident, 0.0, x)
+            self.outgoing = restrict(self.outgoing, 0.0, x)
             self.end = fraction
         return True
 
     def speed(self) -> Quartic:
         """Return ydot on the piece [rad/s]."""
-        return add(self.arriving, self.leaving)
+        return add(self.incident, self.outgoing)
 
     def drive(self, x: float) -> float:
         """Return Omega at x of the piece [rad/s]."""

@@ -1,4 +1,4 @@
-"""What law (9) does to the energy of the string: eq. (8) with the law put in, Proposition 1 and what follows from it.
+"""Energy of the string under law (9): eq. (8) with the law put in, Proposition 1 and what follows from it.
 
 As printed, (8) becomes, I L / 2 times and so in W,
 
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from ..controllers.laws import DissipativeLaw
 from ..plant.parameters import DrillstringParameters
-from .arrays import FloatArray
+from .numerics.arrays import FloatArray
 from .stability.torque_curve import TorqueCurve
 
 
@@ -125,7 +125,7 @@ def drain(
         )
     speeds = np.asarray(speed, np.float64)
     curve = TorqueCurve.of(parameters, wob)
-    dry = np.abs(speeds) * (curve.torque(np.abs(speeds)) - curve.viscosity * np.abs(speeds))
+    dry = np.abs(speeds) * curve.dry(np.abs(speeds))
     off = _turning(law) * speeds - sqrt(law.c_2) * speed_ref
     return dry + beta * parameters.L * np.square(speeds) + law.c_a * np.square(off)
 

@@ -1,13 +1,13 @@
-"""Where law (9) as printed can be obeyed: the loop it forms with the sliding top, a quadratic in the top speed.
+"""The solvable set of law (9) as printed: the loop it forms with the sliding top, a quadratic in the top speed.
 
 The top answers the drive at once, ydot = u + b Omega, where b = c_a / Lambda and u = (2 Z / Lambda) U is what the
-wave U that arrives brings. With Omega = c_1 ydot + sigma - q / ydot, which is law (9), this is
+incident wave U brings. With Omega = c_1 ydot + sigma - q / ydot, which is law (9), this is
 
     (1 - b c_1) ydot^2 - (u + b sigma) ydot + b q = 0,
     sigma = 2 sqrt(c_b (1 - c_1) / c_a) v + 2 sqrt(c_2 (1 - c_1)) r,  q = c_2 r^2 + 2 sqrt(c_2 c_b / c_a) v r,
 
-so that between two waves no drive speed at all obeys the law. A damping along the string changes the wave that
-arrives and nothing else.
+so that between two waves no drive speed at all obeys the law. A damping along the string changes the incident
+wave and nothing else.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..controllers.laws import DissipativeLaw
 from ..plant.parameters import DrillstringParameters
-from .arrays import BoolArray, FloatArray
+from .numerics.arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class PrintedLoop:
     ----------
     transmission : float
         b = c_a / Lambda, at once from the drive to the top, in (0, 1).
-    arrival : float
-        2 Z / Lambda, from the wave that arrives to the top.
+    wave_gain : float
+        2 Z / Lambda, from the incident wave to the top speed.
     c_1 : float
         Of the law, below 1.
     steady, steady_bit : float
@@ -44,7 +44,7 @@ class PrintedLoop:
     """
 
     transmission: float
-    arrival: float
+    wave_gain: float
     c_1: float
     steady: float
     steady_bit: float
@@ -67,7 +67,7 @@ class PrintedLoop:
         ratio, rest = law.c_b / law.c_a, 1.0 - law.c_1
         return cls(
             transmission=parameters.transmission,
-            arrival=2.0 * parameters.impedance / (parameters.c_a + parameters.impedance),
+            wave_gain=2.0 * parameters.impedance / (parameters.c_a + parameters.impedance),
             c_1=law.c_1,
             steady=2.0 * sqrt(law.c_2 * rest) * speed_ref,
             steady_bit=2.0 * sqrt(ratio * rest),
@@ -76,33 +76,33 @@ class PrintedLoop:
         )
 
     def wave(self, top_speed: ArrayLike, bit_speed: ArrayLike) -> FloatArray:
-        """Return the wave [rad/s] with whose arrival the loop is solved by a top speed, not 0 [rad/s]."""
+        """Return the incident wave [rad/s] with which a top speed, not 0 [rad/s], solves the loop."""
         top, bit = np.asarray(top_speed, np.float64), np.asarray(bit_speed, np.float64)
         b = self.transmission
         own = (1.0 - b * self.c_1) * top + b * (self.pole + self.pole_bit * bit) / top
-        return (own - b * (self.steady + self.steady_bit * bit)) / self.arrival
+        return (own - b * (self.steady + self.steady_bit * bit)) / self.wave_gain
 
     def gap(self, bit_speed: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return between which waves [rad/s] there is no solution; both are NaN where there is one for all waves."""
         bit = np.asarray(bit_speed, np.float64)
         b = self.transmission
         product = b * (self.pole + self.pole_bit * bit) * (1.0 - b * self.c_1)
-        half = 2.0 * np.sqrt(np.where(product > 0.0, product, np.nan)) / self.arrival
-        middle = -b * (self.steady + self.steady_bit * bit) / self.arrival
+        half = 2.0 * np.sqrt(np.where(product > 0.0, product, np.nan)) / self.wave_gain
+        middle = -b * (self.steady + self.steady_bit * bit) / self.wave_gain
         return middle - half, middle + half
 
     def solvable(self, bit_speed: ArrayLike, wave: ArrayLike) -> BoolArray:
         """Return whether any drive speed obeys the law."""
         low, high = self.gap(bit_speed)
-        arriving = np.asarray(wave, np.float64)
-        return ~((arriving > low) & (arriving < high))
+        incident = np.asarray(wave, np.float64)
+        return ~((incident > low) & (incident < high))
 
     def top_speeds(self, bit_speed: ArrayLike, wave: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return both top speeds that solve the loop, the one nearer to 0 first [rad/s]; NaN where there is none."""
-        bit, arriving = np.broadcast_arrays(np.asarray(bit_speed, np.float64), np.asarray(wave, np.float64))
+        bit, incident = np.broadcast_arrays(np.asarray(bit_speed, np.float64), np.asarray(wave, np.float64))
         b = self.transmission
         square = 1.0 - b * self.c_1
-        linear = self.arrival * arriving + b * (self.steady + self.steady_bit * bit)
+        linear = self.wave_gain * incident + b * (self.steady + self.steady_bit * bit)
         constant = b * (self.pole + self.pole_bit * bit)
         discriminant = linear * linear - 4.0 * square * constant
         # the greater first, from which the other follows without cancellation

@@ -1,4 +1,4 @@
-"""What the driller asks for over time: held values, a step, a ramp, or a table, and references that go with them."""
+"""The driller's commands over time: held values, a step, a ramp, or a table, and references that go with them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.plant.friction import friction_coefficient, torque_on_bit
+from models.plant.friction import Friction, torque_on_bit
 from models.plant.parameters import DrillstringParameters
 from tests.oracle import OracleParameters
 from tests.plant import theory
@@ -134,9 +134,10 @@ def test_torque_reference_at_rest_is_none():
 
 def test_friction_of_the_models_is_equation_4():
     parameters = DrillstringParameters()
-    assert friction_coefficient(parameters, 0.0) == pytest.approx(0.8, rel=1e-15)
-    assert friction_coefficient(parameters, -2.0) == pytest.approx(0.5 + 0.3 * np.exp(-1.8), rel=1e-15)
-    assert friction_coefficient(parameters, 1e3) == 0.5
+    coefficient = Friction.of(parameters, 1.0)
+    assert coefficient.at(1.0, 0.0)[0] == pytest.approx(0.8, rel=1e-15)
+    assert coefficient.at(1.0, 2.0)[0] == pytest.approx(0.5 + 0.3 * np.exp(-1.8), rel=1e-15)
+    assert coefficient.at(1.0, 1e3)[0] == 0.5
     for speed in (-7.0, 3.0):
         expected = theory.torque_on_bit(PAPER, 5e4, speed)
         assert torque_on_bit(parameters, 5e4, speed) == pytest.approx(expected, rel=1e-14)

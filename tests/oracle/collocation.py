@@ -54,7 +54,7 @@ class GaussBasis:
         return float(np.abs(self.to_coefficients[-3:] @ values).max())
 
     def first_fall(self, values: np.ndarray, tolerance: float, *, from_zero: bool = False) -> float | None:
-        """Where the polynomial first goes below zero, as x in [-1, 1], or None.
+        """Return where the polynomial first goes below zero, as x in [-1, 1], or None.
 
         A dip shallower than `tolerance` is rounding and is not seen; the place returned is that of the zero itself.
         A polynomial known to start `from_zero` is divided by x + 1 to find the zero after that one: its own value at -1

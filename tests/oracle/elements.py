@@ -31,7 +31,7 @@ TIE = 1e-9
 
 @dataclass(frozen=True)
 class FieldSolution:
-    """What was computed, at the times asked for.
+    """The solution at the times asked for.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What is solved: the constants of the string and the bit, and the programs that drive them."""
+"""The problem that is solved: the constants of the string and the bit, and the programs that drive them."""
 
 from __future__ import annotations
 

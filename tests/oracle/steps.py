@@ -51,7 +51,7 @@ class Piece:
 
 
 def _torque_rounding(static: np.ndarray) -> float:
-    """How far a torque may seem to exceed the static one [N m] and be equal to it."""
+    """Most by which a torque may seem to exceed the static one [N m] and be equal to it."""
     return ROUNDING * max(1.0, float(static.max()))
 
 

@@ -108,7 +108,7 @@ def bring(fmu: Instance, state: str) -> None:
 
 
 class Objects(NamedTuple):
-    """What arguments point to; kept alive by the test."""
+    """Memory that arguments point to; kept alive by the test."""
 
     state: c_void_p
     content: bytes

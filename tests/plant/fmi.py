@@ -51,7 +51,7 @@ _ARGUMENTS: dict[str, tuple[Any, ...]] = {
 
 
 class Message(NamedTuple):
-    """What an FMU told its logger."""
+    """A message of an FMU to its logger."""
 
     instance: str
     status: int

@@ -1,4 +1,4 @@
-"""Where the communication points lie makes no difference while the inputs are held."""
+"""The place of the communication points makes no difference while the inputs are held."""
 
 from __future__ import annotations
 

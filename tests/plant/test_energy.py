@@ -1,4 +1,4 @@
-"""What is put in less what the bit uses is what is stored: eq. (8) without the damping along the string."""
+"""The work put in less that used by the bit is stored: eq. (8) without the damping along the string."""
 
 from __future__ import annotations
 

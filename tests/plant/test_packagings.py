@@ -16,7 +16,7 @@ from tests.plant.programs import CASES, PAPER, SPEED, WEIGHT
 
 Change = dict[str, Any]
 Turn = tuple[float, Change]
-"""How long a communication step is [s], and what is set before it."""
+"""Length of a communication step [s], and what is set before it."""
 
 thorough = settings(
     deadline=None,

@@ -76,7 +76,7 @@ def test_motion_is_that_of_a_long_simulation_all_through_the_period(name):
     there = solution(start + times)
     assert found.bit_speed(times) == pytest.approx(there["bit_speed"], abs=1e-7)
     stuck = there["bit_stuck"]
-    torque = 2 * found.orbit.parameters.impedance * found.orbit.arriving(times)
+    torque = 2 * found.orbit.parameters.impedance * found.orbit.incident(times)
     assert torque[stuck] == pytest.approx(there["bit_torque"][stuck], abs=1e-4)
 
 

@@ -1,4 +1,4 @@
-"""What law (9) does to the energy: against the law itself at given motions, and against the torque it holds."""
+"""Energy under law (9): against the law itself at given motions, and against the torque it holds."""
 
 from __future__ import annotations
 

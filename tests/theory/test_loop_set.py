@@ -1,4 +1,4 @@
-"""Where law (9) as printed has a solution with the sliding top, against a search along the top speed."""
+"""The set on which law (9) as printed has a solution with the sliding top, against a search along the top speed."""
 
 from __future__ import annotations
 

@@ -1,8 +1,5 @@
 /* The driller's program as an FMU. Follows models/controllers/program.py and models/plant/friction.py. */
-#include <math.h>
-
-#include "ds_condition.h"
-#include "ds_exp.h"
+#include "ds_friction_table.h"
 #include "ds_model.h"
 #include "ds_program.h"
 #include "ds_table.h"
@@ -27,7 +24,7 @@ size_t ds_model_size(const double value[], const ds_text text[], ds_journal *jou
 
 ds_result ds_model_check(const double value[], ds_journal *journal)
 {
-    return ds_at_least("mu_sb", value[DS_mu_sb], "mu_cb", value[DS_mu_cb], journal);
+    return ds_friction_check(value, journal);
 }
 
 static ds_point speed_at(const block *program, const double value[], double time)
@@ -46,19 +43,16 @@ static ds_point weight_at(const block *program, const double value[], double tim
 /* torque on bit of eqs. (3) and (4) while the bit turns, 0 at rest */
 static ds_point torque_on_bit(const double value[], ds_point weight, ds_point speed)
 {
-    const double rate = value[DS_gamma_b] / value[DS_v_f];
-    const double direction = speed.value > 0.0 ? 1.0 : -1.0;
+    const ds_friction_parameters p = ds_friction_read(value);
+    const ds_friction friction = ds_friction_of(&p, 1.0);
+    const int direction = speed.value > 0.0 ? 1 : -1;
     ds_point torque = {0.0, 0.0};
     if (speed.value == 0.0) {
         return torque;
     }
-    const double fading = ds_exp(-rate * fabs(speed.value));
-    const double excess = value[DS_mu_sb] - value[DS_mu_cb];
-    const double mu = value[DS_mu_cb] + excess * fading;
-    const double dry = weight.value * value[DS_R_b] * mu;
-    torque.value = value[DS_c_b] * speed.value + (speed.value > 0.0 ? dry : -dry);
-    torque.slope = (value[DS_c_b] - weight.value * value[DS_R_b] * excess * rate * fading) * speed.slope +
-                   direction * weight.slope * value[DS_R_b] * mu;
+    const ds_friction_point dry = ds_friction_at(&friction, weight.value * p.R_b, direction * speed.value);
+    torque.value = p.c_b * speed.value + dry.torque * direction;
+    torque.slope = (p.c_b + dry.slope) * speed.slope + direction * weight.slope * p.R_b * dry.arm;
     return torque;
 }
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Any
 
 from fmu_src.fmus.DrillingProgram.interface import MODEL
 from fmu_src.python.slave import TableSlave
 from models.controllers.program import Change, Point, Table, read_table
-from models.plant.friction import torque_on_bit
-from models.plant.parameters import DrillstringParameters
+from models.plant.friction import ORDERED, FrictionParameters, torque_on_bit
 
-_FRICTION = ("R_b", "c_b", "mu_cb", "mu_sb", "gamma_b", "v_f")
+_FRICTION = tuple(field.name for field in fields(FrictionParameters))
 
 
 class DrillingProgram(TableSlave):
@@ -22,7 +22,7 @@ class DrillingProgram(TableSlave):
 
     def check(self, values: Sequence[Any]) -> str | None:
         """Return what is wrong between the friction coefficients."""
-        return self.below(values, "mu_sb", "mu_cb")
+        return self.below(values, *ORDERED)
 
     def start(self, values: list[Any], time: float) -> None:
         """Read the table, if there is one, and ask for what it says at the start."""
@@ -37,7 +37,7 @@ class DrillingProgram(TableSlave):
     def _ask(self, values: list[Any], time: float) -> None:
         speed = self._point(values, "speed", 1, time).value
         weight = self._point(values, "WOB", 2, time).value
-        parameters = DrillstringParameters(**{name: values[self.at[name]] for name in _FRICTION})
+        parameters = FrictionParameters(**{name: values[self.at[name]] for name in _FRICTION})
         for name in ("Omega", "speed_ref", "bit_speed_ref"):
             values[self.at[name]] = speed
         values[self.at["WOB"]] = weight

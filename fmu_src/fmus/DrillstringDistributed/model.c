@@ -1,9 +1,9 @@
 /* The plant with damping along the string as an FMU. */
 #include <stdio.h>
 
-#include "ds_condition.h"
 #include "ds_distributed.h"
 #include "ds_distributed_rate.h"
+#include "ds_friction_table.h"
 #include "ds_model.h"
 #include "ds_plant.h"
 #include "ds_table.h"
@@ -51,7 +51,7 @@ size_t ds_model_size(const double value[], const ds_text text[], ds_journal *jou
 
 ds_result ds_model_check(const double value[], ds_journal *journal)
 {
-    return ds_at_least("mu_sb", value[DS_mu_sb], "mu_cb", value[DS_mu_cb], journal);
+    return ds_friction_check(value, journal);
 }
 
 static void write_outputs(const ds_distributed *model, const ds_distributed_state *state, double value[])

@@ -9,8 +9,8 @@ from fmu_src.fmus.DrillstringDistributed.interface import MODEL, MOST_STATIONS
 from fmu_src.python.plant import MOST_CELLS, PlantSlave
 from models.plant.clock import BLOCK
 from models.plant.distributed import DrillstringDistributed as Plant
-from models.plant.distributed_parameters import DistributedParameters
 from models.plant.neutral import InitialState
+from models.plant.parameters import DistributedParameters
 from models.plant.station import StationOutputs
 
 

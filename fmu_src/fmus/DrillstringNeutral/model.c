@@ -1,5 +1,5 @@
 /* The plant as an FMU. */
-#include "ds_condition.h"
+#include "ds_friction_table.h"
 #include "ds_model.h"
 #include "ds_neutral.h"
 #include "ds_neutral_rate.h"
@@ -28,7 +28,7 @@ size_t ds_model_size(const double value[], const ds_text text[], ds_journal *jou
 
 ds_result ds_model_check(const double value[], ds_journal *journal)
 {
-    return ds_at_least("mu_sb", value[DS_mu_sb], "mu_cb", value[DS_mu_cb], journal);
+    return ds_friction_check(value, journal);
 }
 
 ds_result ds_model_start(void *memory, size_t size, double value[], const double slope[], const ds_text text[],

@@ -1,4 +1,4 @@
-"""Where steady rotation and stick-slip are both stable: from the loss of stability to the fold of the cycles.
+"""The bistable range of steady rotation and stick-slip: from the loss of stability to the fold of the cycles.
 
 The cycles that are born where the running equilibrium loses its stability are followed. At first the bit never rests;
 its least speed falls until it is zero, where the bit begins to stick; from there on it rests longer and longer.
@@ -22,15 +22,15 @@ from .solver import remeshed, resolved, slowest_at, stuck_for
 FIRST_DIP = 0.02
 """By how much the least speed of the first cycle is below that of the equilibrium, as a part of it."""
 LAST_DIP = 0.03
-"""Where the least speed is below this part of the speed of the equilibrium, the bit is made to touch rest."""
+"""Least speed, as a part of the speed of the equilibrium, below which the bit is made to touch rest."""
 FIRST_REST = 0.08
-"""How long the bit rests in the first cycle in which it does, in travel times."""
+"""Rest of the bit in the first cycle in which it has one, in travel times."""
 LONGEST_STEP = 0.8
 
 
 @dataclass(frozen=True)
 class Bistability:
-    """Where, over one input, the equilibrium and a cycle are both stable: between `threshold` and `fold`.
+    """Range of one input in which the equilibrium and a cycle are both stable: between `threshold` and `fold`.
 
     Attributes
     ----------

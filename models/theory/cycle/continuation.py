@@ -13,7 +13,7 @@ from math import copysign
 import numpy as np
 from scipy.optimize import brentq
 
-from ..arrays import FloatArray
+from ..numerics.arrays import FloatArray
 from .cycle import broken_law
 from .equations import Orbit
 from .mesh import Resolution
@@ -25,7 +25,7 @@ SHORTEST_STEP = 1e-5
 STEP, GROWTH = 0.3, 1.5
 BISECTIONS = 13
 TIME_UNIT = 0.25
-"""What counts as one of time, in travel times."""
+"""Unit of time along a branch, in travel times."""
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import ComplexArray, FloatArray
+from ..numerics.arrays import ComplexArray, FloatArray
+from ..numerics.interpolation import chebyshev, gauss
 from .equations import Orbit
 from .floquet import difference_radius, leading_multiplier, multipliers
 from .guess import simulated_cycle
-from .interpolation import chebyshev, gauss
 from .mesh import DEGREE, echo_cuts
 from .solver import held_at, piece_defects, resolved
 
@@ -78,7 +78,7 @@ def limit_cycle(parameters: DrillstringParameters, omega: float, wob: float) -> 
     A short coarse run of the plant from rest, or from stick-slip at a lower drive speed if that ends in steady
     rotation, tells how the bit slips. The cycle itself is the solution of its equations over one period (see
     :mod:`models.theory.cycle.equations`), by collocation on pieces that end at all echoes of stops and releases, and
-    Newton's method.
+    Newton's method. Source: Saldivar et al. (2011), eqs. (2) to (4) and (14).
 
     Parameters
     ----------
@@ -86,6 +86,11 @@ def limit_cycle(parameters: DrillstringParameters, omega: float, wob: float) -> 
         The string.
     omega, wob : float
         Drive speed [rad/s] and weight on bit [N], both above 0.
+
+    Returns
+    -------
+    LimitCycle
+        The cycle with its measures.
 
     Raises
     ------
@@ -106,7 +111,18 @@ def limit_cycle(parameters: DrillstringParameters, omega: float, wob: float) -> 
 
 
 def measured(orbit: Orbit) -> LimitCycle:
-    """Return the measures of a cycle."""
+    """Measure a cycle: period, peak, share of rest and Floquet multipliers.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A solution of the equations of a cycle, as of :func:`models.theory.cycle.solver.resolved`.
+
+    Returns
+    -------
+    LimitCycle
+        The cycle with its measures, of which each has its unit there.
+    """
     found, timing = multipliers(orbit), orbit.timing
     circle, leading = difference_radius(orbit), leading_multiplier(found)
     return LimitCycle(
@@ -126,7 +142,18 @@ def measured(orbit: Orbit) -> LimitCycle:
 
 
 def peak_speed(orbit: Orbit) -> float:
-    """Return the greatest bit speed [rad/s]."""
+    """Return the greatest bit speed in a cycle.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        The cycle.
+
+    Returns
+    -------
+    float
+        Greatest speed, between the nodes too [rad/s].
+    """
     nodal, basis = orbit.mesh.nodal(orbit.values), chebyshev(DEGREE)
     piece, node = divmod(int(np.argmax(nodal)), DEGREE + 1)
     around = nodal[[piece - 1, piece, (piece + 1) % len(nodal)]]
@@ -145,13 +172,24 @@ def broken_law(orbit: Orbit) -> str | None:
     """Return how a solution of the equations of a cycle breaks the part of the law of friction they leave out, if so.
 
     While the bit rests the string's torque must stay below the static one, and while it slips it must turn forwards.
+    Source: Saldivar et al. (2011), eqs. (3) and (4).
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A solution of the equations of a cycle.
+
+    Returns
+    -------
+    str or None
+        What would break the law, as the end of a sentence; None if nothing does.
     """
     if float(orbit.values.min()) < -ALLOWED:
         return "it would turn backwards before it stops"
     times = _resting_times(orbit)
     if not times.size:
         return None
-    share = 2.0 * orbit.parameters.impedance * orbit.arriving(times) / orbit.curve.static
+    share = 2.0 * orbit.parameters.impedance * orbit.incident(times) / orbit.curve.static
     if float(np.abs(share).max()) <= 1.0 + ALLOWED:
         return None
     excess = 100.0 * (float(np.abs(share).max()) - 1.0)

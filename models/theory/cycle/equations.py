@@ -1,6 +1,6 @@
 """A cycle as the solution of equations over one period.
 
-While the bit slips it obeys model eq. (7); with the period T known, the wave that arrives at the bit is its own past,
+While the bit slips it obeys model eq. (7); with the period T known, the incident wave at the bit is its own past,
 
     d(t) = D(t - Gamma) = c_a Omega / (2 Z) - sum over k >= 1 of Upsilon^k v(t - 2 k Gamma),    v(t + T) = v(t),
 
@@ -16,9 +16,9 @@ from math import ceil, log
 import numpy as np
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import FloatArray
+from ..numerics.arrays import FloatArray
+from ..numerics.interpolation import chebyshev, gauss
 from ..stability.torque_curve import TorqueCurve
-from .interpolation import chebyshev, gauss
 from .mesh import DEGREE, CycleMesh, Timing
 
 FAINTEST = 1e-17
@@ -63,15 +63,15 @@ class Orbit:
         """Return the bit speed at any times [rad/s], time 0 being the first release or, without one, the slowest."""
         return self.mesh.sample(self.values, np.mod(times, self.timing.period))
 
-    def arriving(self, times: FloatArray) -> FloatArray:
-        """Return the down-going wave d that arrives at the bit at times of the period [rad/s]."""
+    def incident(self, times: FloatArray) -> FloatArray:
+        """Return the down-going wave d incident at the bit at times of the period [rad/s]."""
         echoes, _ = echo_matrix(self, times, np.zeros((times.size, self.timing.vector.size)))
         return self.parameters.c_a * self.omega / (2.0 * self.parameters.impedance) - echoes @ self.values
 
 
 @dataclass(frozen=True)
 class Equations:
-    """What an orbit leaves unfulfilled, in rad/s, and the derivatives of that.
+    """Residual of the equations of a cycle at an orbit, in rad/s, and its derivatives.
 
     Attributes
     ----------
@@ -156,23 +156,23 @@ def equations(orbit: Orbit) -> Equations:
     all_times = np.concatenate([times, orbit.timing.releases])
     echoes, echoes_by = echo_matrix(orbit, all_times, np.concatenate([times_by, releases_by]))
     drive = p.c_a / (2.0 * p.impedance)
-    arriving = drive * orbit.omega - echoes @ orbit.values
+    incident = drive * orbit.omega - echoes @ orbit.values
     motion = Motion.of(mesh)
     at, change = motion.at[:, :-1], motion.change[:, :-1]
     speed = at @ orbit.values
     inertia, twice = motion.lengths / p.I_B, 2.0 * p.impedance
-    accelerating = twice * arriving[: mesh.size] - p.impedance * speed - curve.torque(speed)
+    accelerating = twice * incident[: mesh.size] - p.impedance * speed - curve.torque(speed)
     damping = inertia * (p.impedance + curve.slope(speed))
     events = _event_rows(orbit)
     count = orbit.timing.slips
-    held = arriving[mesh.size :] - curve.static / twice
+    held = incident[mesh.size :] - curve.static / twice
     residual = np.concatenate([change @ orbit.values - inertia * accelerating, events @ orbit.values, held])
     pushed = (twice * inertia)[:, None]
     by_values = change + damping[:, None] * at + pushed * echoes[: mesh.size]
     by_lengths = -(accelerating / p.I_B)[:, None] * np.repeat(mesh.lengths_by, DEGREE, axis=0)
     by_timing = by_lengths + pushed * echoes_by[: mesh.size]
     none = np.zeros(len(events))
-    dry = (curve.torque(speed) - curve.viscosity * speed) / orbit.wob
+    dry = curve.dry(speed) / orbit.wob
     return Equations(
         residual,
         np.concatenate([by_values, events, -echoes[mesh.size :]]),

@@ -21,9 +21,9 @@ from math import ceil
 
 import numpy as np
 
-from ..arrays import ComplexArray, FloatArray
+from ..numerics.arrays import ComplexArray, FloatArray
+from ..numerics.interpolation import chebyshev, gauss
 from .equations import Motion, Orbit
-from .interpolation import chebyshev, gauss
 from .mesh import DEGREE, Cut, CycleMesh, echo_cuts, thinned
 
 APART = 1.02
@@ -109,12 +109,12 @@ class PeriodMap:
         speeds = np.zeros((mesh.size + 1, forcing.shape[1]))
         speeds[:-1] = np.linalg.solve(system[:, :-1], -forcing)
         speeds[-1, -1] = 1.0  # the last value is the speed at the beginning
-        leaving = self._leaving(speeds)
+        last = self._last_round_trip(speeds)
         if orbit.timing.slips:
-            return leaving[:, :-1]
-        return np.vstack([leaving, speeds[-2]])
+            return last[:, :-1]
+        return np.vstack([last, speeds[-2]])
 
-    def _leaving(self, speeds: FloatArray) -> FloatArray:
+    def _last_round_trip(self, speeds: FloatArray) -> FloatArray:
         """Return the map to the wave of the last round trip of the period."""
         starts, lengths = self.window
         times = (starts[:, None] + lengths[:, None] * gauss(DEGREE).nodes).ravel() + self.orbit.timing.period

@@ -55,7 +55,7 @@ class Run:
 
     @property
     def quiet(self) -> float:
-        """How long the last stop is ago [s]; since the beginning if there was none."""
+        """Time since the last stop [s], since the beginning if there was none."""
         return self.time - (self.stops[-1] if self.stops else 0.0)
 
     def advance(self) -> None:

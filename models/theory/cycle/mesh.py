@@ -16,8 +16,8 @@ from math import ceil, floor, log
 import numpy as np
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import FloatArray, IntArray
-from .interpolation import chebyshev
+from ..numerics.arrays import FloatArray, IntArray
+from ..numerics.interpolation import chebyshev
 
 DEGREE = 10
 """Of the bit speed on a piece."""
@@ -59,12 +59,12 @@ class Timing:
 
     @property
     def stuck(self) -> float:
-        """How long the bit rests in a period [s]."""
+        """Time for which the bit rests in a period [s]."""
         return self.period - float((self.stops - self.releases).sum()) if self.slips else 0.0
 
     @property
     def ordered(self) -> bool:
-        """Whether every slip ends after it begins and before the next."""
+        """Tell whether every slip ends after it begins and before the next."""
         marks = np.stack([self.releases, self.stops], axis=1).ravel()
         return bool((np.diff([*marks, self.period]) > 0.0).all()) and self.period > 0.0
 
@@ -79,7 +79,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely a period is cut.
+    """Fineness with which a period is cut.
 
     Attributes
     ----------

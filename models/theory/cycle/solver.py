@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..numerics.arrays import FloatArray, IntArray
+from ..numerics.interpolation import chebyshev, gauss
 from .equations import Orbit, equations, with_input
-from .interpolation import chebyshev, gauss
 from .mesh import DEGREE, CycleMesh, Timing, bins, cycle_mesh
 
 Condition = Callable[[Orbit], tuple[float, FloatArray]]
-"""Of an orbit: by how much it is missed, and its derivatives by values, timing and the free input."""
+"""Of an orbit: the residual, and its derivatives by values, timing and the free input."""
 
 SETTLED = 1e-10
 """The last step of Newton's method is below this [rad/s, s, or relative to the free input]."""
@@ -148,27 +148,27 @@ def _size(step: FloatArray, orbit: Orbit, free: str) -> float:
 
 @dataclass(frozen=True)
 class _System:
-    """An orbit, by how much it misses its equations and the condition, and the derivatives of that."""
+    """An orbit, the residual of its equations and of the condition, and the derivatives of that."""
 
     orbit: Orbit
-    missed: FloatArray
+    residual: FloatArray
     matrix: FloatArray
 
     @classmethod
     def of(cls, orbit: Orbit, free: str, condition: Condition) -> _System:
         residual, matrix = jacobian(orbit, free)
-        missed, row = condition(orbit)
-        return cls(orbit, np.append(residual, missed), np.vstack([matrix, row]))
+        further, row = condition(orbit)
+        return cls(orbit, np.append(residual, further), np.vstack([matrix, row]))
 
     @property
     def size(self) -> float:
-        return float(np.abs(self.missed).max())
+        return float(np.abs(self.residual).max())
 
     def newton_step(self) -> FloatArray:
         try:
-            return np.asarray(np.linalg.solve(self.matrix, -self.missed), np.float64)
+            return np.asarray(np.linalg.solve(self.matrix, -self.residual), np.float64)
         except np.linalg.LinAlgError:
-            return np.full(self.missed.size, np.nan)
+            return np.full(self.residual.size, np.nan)
 
 
 def advanced(orbit: Orbit, free: str, step: FloatArray) -> Orbit | None:
@@ -226,5 +226,5 @@ def piece_defects(orbit: Orbit) -> FloatArray:
     nodal = mesh.nodal(orbit.values)
     speed = (nodal @ basis.at(between).T).ravel()
     change = nodal @ (basis.at(between) @ basis.differentiation()).T
-    rate = (2.0 * p.impedance * orbit.arriving(times) - p.impedance * speed - orbit.curve.torque(speed)) / p.I_B
+    rate = (2.0 * p.impedance * orbit.incident(times) - p.impedance * speed - orbit.curve.torque(speed)) / p.I_B
     return np.abs(change - mesh.lengths[:, None] * rate.reshape(change.shape)).max(axis=1)

@@ -20,9 +20,9 @@ from math import inf, log, pi
 import numpy as np
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import ComplexArray
+from ..numerics.arrays import ComplexArray
+from ..numerics.root_count import zeros_inside
 from .linear_neutral import LinearNeutral
-from .root_count import zeros_inside
 
 
 @dataclass(frozen=True)

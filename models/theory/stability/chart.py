@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import FloatArray, IntArray
+from ..numerics.arrays import FloatArray, IntArray
 from .equilibrium import equilibria
 from .spectrum import critical_slope, spectral_abscissa, unstable_count
 from .torque_curve import TorqueCurve

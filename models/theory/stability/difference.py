@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 
-from ..arrays import ComplexArray, FloatArray
+from ..numerics.arrays import ComplexArray, FloatArray
 
 SETS = 4096
 """Sets of phases tried for the strong radius, of which the best few are improved."""
@@ -89,7 +89,7 @@ class DifferenceOperator:
 
     @property
     def formally_stable(self) -> bool:
-        """Whether the rank condition (18) holds for all Re s >= 0."""
+        """Tell whether the rank condition (18) holds for all Re s >= 0."""
         return self.radius < 1.0
 
     @cached_property
@@ -127,7 +127,7 @@ class DifferenceOperator:
 
     @property
     def strongly_stable(self) -> bool:
-        """Whether stability survives any small change of the delays, each on its own."""
+        """Tell whether stability survives any small change of the delays, each on its own."""
         return self.strong_bound < 1.0 or self.strong_radius < 1.0
 
 

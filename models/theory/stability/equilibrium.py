@@ -32,7 +32,7 @@ class Equilibrium:
 
     @property
     def stuck(self) -> bool:
-        """Whether the bit is held by friction."""
+        """Tell whether the bit is held by friction."""
         return self.slope is None
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import ComplexArray, FloatArray
-from ..cycle.interpolation import chebyshev
+from ..numerics.arrays import ComplexArray, FloatArray
+from ..numerics.interpolation import chebyshev
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import FloatArray
+from ..numerics.arrays import FloatArray
 from .difference import DifferenceOperator
 from .linear_neutral import LinearNeutral
 

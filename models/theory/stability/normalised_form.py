@@ -16,7 +16,7 @@ from math import inf
 import numpy as np
 
 from ...plant.parameters import DrillstringParameters
-from ..arrays import FloatArray
+from ..numerics.arrays import FloatArray
 
 
 @dataclass(frozen=True)

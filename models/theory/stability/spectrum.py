@@ -8,8 +8,9 @@ from math import cos, inf, pi, sin
 import numpy as np
 from scipy.optimize import brentq
 
+from ...plant.friction import greatest_fall
 from ...plant.parameters import DrillstringParameters
-from ..arrays import ComplexArray
+from ..numerics.arrays import ComplexArray
 from .characteristic import Characteristic
 from .equilibrium import Equilibrium, running_equilibrium
 from .torque_curve import TorqueCurve
@@ -30,18 +31,20 @@ def rightmost_roots(parameters: DrillstringParameters, omega: float, wob: float,
     those of least frequency are then returned, and the real part of no other is above that of the line. Without any
     reflection (c_a = Z) there is only one root.
 
+    Source: Saldivar et al. (2011), eq. (14), linearised about the equilibrium.
+
     Parameters
     ----------
     parameters : DrillstringParameters
         The string.
     omega, wob : float
-        Drive speed [rad/s] and weight on bit [N].
+        Drive speed [rad/s], of any sign, and weight on bit [N], at least 0.
     count : int
-        How many, at least 1.
+        Number of roots, at least 1.
 
     Returns
     -------
-    ndarray of complex
+    ndarray of complex, shape (count,), or (1,) if there is only one
         Roots [1/s], the rightmost first; of a pair the upper first, which can be the last that was asked for.
 
     Raises
@@ -56,7 +59,31 @@ def rightmost_roots(parameters: DrillstringParameters, omega: float, wob: float,
 
 
 def roots_about(parameters: DrillstringParameters, equilibrium: Equilibrium, count: int) -> ComplexArray:
-    """Return the rightmost roots about an equilibrium in which the bit turns; see :func:`rightmost_roots`."""
+    """Return the rightmost characteristic roots about an equilibrium in which the bit turns.
+
+    See :func:`rightmost_roots` for the method and the source.
+
+    Parameters
+    ----------
+    parameters : DrillstringParameters
+        The string.
+    equilibrium : Equilibrium
+        With a slope, as of :func:`models.theory.stability.equilibrium.running_equilibrium`.
+    count : int
+        Number of roots, at least 1.
+
+    Returns
+    -------
+    ndarray of complex, shape (count,), or (1,) if there is only one
+        Roots [1/s], the rightmost first.
+
+    Raises
+    ------
+    ValueError
+        `count` is below 1, or the bit is stuck.
+    ArithmeticError
+        The roots found are not all there are.
+    """
     if count < 1:
         raise ValueError(f"count is {count}; expected at least 1")
     if equilibrium.slope is None:
@@ -80,7 +107,24 @@ def spectral_abscissa(parameters: DrillstringParameters, equilibrium: Equilibriu
     """Return the rate at which small disturbances of an equilibrium grow in the end [1/s]: negative if it is stable.
 
     It is the supremum of the real parts of all roots. Of a stuck bit they are those of the waves between it and the
-    top, which form a chain.
+    top, which form a chain. Source: Saldivar et al. (2011), eq. (14), and eq. (2) at the top.
+
+    Parameters
+    ----------
+    parameters : DrillstringParameters
+        The string.
+    equilibrium : Equilibrium
+        Of any kind.
+
+    Returns
+    -------
+    float
+        Growth rate [1/s].
+
+    Raises
+    ------
+    ArithmeticError
+        The rightmost root cannot be found.
     """
     function = Characteristic(parameters, equilibrium.slope or 0.0)
     if equilibrium.slope is None or (function.local <= function.chain and parameters.reflection):
@@ -89,7 +133,27 @@ def spectral_abscissa(parameters: DrillstringParameters, equilibrium: Equilibriu
 
 
 def unstable_count(parameters: DrillstringParameters, equilibrium: Equilibrium) -> int:
-    """Return the number of roots with a positive real part, by the argument principle."""
+    """Return the number of roots with a positive real part, by the argument principle.
+
+    Source: Saldivar et al. (2011), eq. (14), linearised about the equilibrium.
+
+    Parameters
+    ----------
+    parameters : DrillstringParameters
+        The string.
+    equilibrium : Equilibrium
+        Of any kind; with a stuck bit no root is unstable.
+
+    Returns
+    -------
+    int
+        Number of unstable roots, at least 0, a pair counted as two.
+
+    Raises
+    ------
+    ArithmeticError
+        A root lies on the imaginary axis, or too near to be counted.
+    """
     return 0 if equilibrium.slope is None else Characteristic(parameters, equilibrium.slope).count_right_of(0.0)
 
 
@@ -122,7 +186,7 @@ def _distinct(roots: ComplexArray) -> ComplexArray:
 
 @dataclass(frozen=True)
 class CriticalPoint:
-    """Where the running equilibrium loses its stability.
+    """Point at which the running equilibrium loses its stability.
 
     Attributes
     ----------
@@ -144,9 +208,26 @@ class CriticalPoint:
 
 
 def critical_omega(parameters: DrillstringParameters, wob: float) -> float:
-    """Return the drive speed at which the running equilibrium loses its stability as the drive is slowed [rad/s].
+    """Return the drive speed at which the running equilibrium loses its stability as the drive is slowed.
 
-    See :func:`critical_point`, also for the errors.
+    See :func:`critical_point`, which also tells how it does. Source: Saldivar et al. (2011), eqs. (3), (4) and (14).
+
+    Parameters
+    ----------
+    parameters : DrillstringParameters
+        The string.
+    wob : float
+        Weight on bit [N], at least 0.
+
+    Returns
+    -------
+    float
+        Critical drive speed [rad/s], above 0.
+
+    Raises
+    ------
+    ValueError
+        WOB is not finite and >= 0, or the running equilibrium is stable down to rest.
     """
     return critical_point(parameters, wob).omega
 
@@ -155,13 +236,19 @@ def critical_point(parameters: DrillstringParameters, wob: float) -> CriticalPoi
     """Return where the running equilibrium loses its stability as the drive is slowed.
 
     It is stable as long as T' is above that of :func:`critical_slope`; a slower bit is on a steeper part of (4).
+    Source: Saldivar et al. (2011), eqs. (3), (4) and (14).
 
     Parameters
     ----------
     parameters : DrillstringParameters
         The string.
     wob : float
-        Weight on bit [N].
+        Weight on bit [N], at least 0.
+
+    Returns
+    -------
+    CriticalPoint
+        Inputs, bit speed, frequency and slope at the loss of stability.
 
     Raises
     ------
@@ -173,7 +260,7 @@ def critical_point(parameters: DrillstringParameters, wob: float) -> CriticalPoi
     frequency, slope = critical_slope(parameters)
     speed = curve.speed_of_slope(slope)
     if speed is None:
-        steepest = curve.excess * curve.rate - curve.viscosity
+        steepest = -float(curve.slope(0.0))
         raise ValueError(
             f"the running equilibrium is stable at every Omega at WOB = {wob} N, where the torque on bit falls by "
             f"{steepest:.9g} N m s/rad at most; expected more than {-slope:.9g} N m s/rad"
@@ -182,27 +269,40 @@ def critical_point(parameters: DrillstringParameters, wob: float) -> CriticalPoi
 
 
 def critical_wob(parameters: DrillstringParameters, omega: float) -> float:
-    """Return the weight on bit above which the running equilibrium at a drive speed [rad/s] is unstable [N].
+    """Return the weight on bit above which the running equilibrium at a drive speed is unstable.
+
+    Source: Saldivar et al. (2011), eqs. (3), (4) and (14); the inverse of :func:`critical_omega`.
+
+    Parameters
+    ----------
+    parameters : DrillstringParameters
+        The string.
+    omega : float
+        Drive speed [rad/s], above 0.
+
+    Returns
+    -------
+    float
+        Critical weight on bit [N], above 0.
 
     Raises
     ------
     ValueError
-        Omega is not finite and > 0, or the friction does not fall, so that there is none.
+        Omega is not finite and > 0, the friction does not fall, or the equilibrium is stable up to the weight at which
+        it comes to rest.
     """
     if not 0.0 < omega < inf:
         raise ValueError(f"Omega is {omega} rad/s; expected a finite value > 0")
-    falling = TorqueCurve.of(parameters, 1.0)
+    fall = greatest_fall(parameters)
     _, slope = critical_slope(parameters)
-    if falling.excess * falling.rate == 0.0:
-        raise ValueError("the friction does not fall with the bit speed; expected mu_sb > mu_cb and gamma_b > 0")
 
     def surplus(wob: float) -> float:
         return critical_point(parameters, wob).omega - omega
 
-    least = (parameters.c_b - slope) / (falling.excess * falling.rate)
+    least = (parameters.c_b - slope) / fall
     low = least * (1.0 + 1e-12)
     if surplus(low) >= 0.0:
-        rest = parameters.c_a * omega / falling.static
+        rest = parameters.c_a * omega / TorqueCurve.of(parameters, 1.0).static
         raise ValueError(
             f"the running equilibrium at Omega = {omega} rad/s is stable up to WOB = {rest:.9g} N, where it comes to "
             f"rest; expected Omega > {critical_point(parameters, low).omega:.9g} rad/s"
@@ -214,7 +314,7 @@ def critical_wob(parameters: DrillstringParameters, omega: float) -> float:
 
 
 def critical_slope(parameters: DrillstringParameters) -> tuple[float, float]:
-    """Return the frequency [rad/s] and the slope T' [N m s/rad] at which stability is lost as T' falls.
+    """Return the frequency and the slope T' of the torque on bit at which stability is lost as T' falls.
 
     With u = 2 Gamma omega a root i omega needs
 
@@ -223,6 +323,19 @@ def critical_slope(parameters: DrillstringParameters) -> tuple[float, float]:
 
     For Upsilon > 0 the right side of the second falls in 0 < u < pi from Gamma (c_a^2 - Z^2) / Z to 0. A lighter bit
     therefore has one solution there, and it has the greatest T' of all solutions. In any other case that is -c_a.
+    Source: Saldivar et al. (2011), eq. (14), at a root on the imaginary axis.
+
+    Parameters
+    ----------
+    parameters : DrillstringParameters
+        The string.
+
+    Returns
+    -------
+    frequency : float
+        Of the oscillation that begins to grow [rad/s], at least 0.
+    slope : float
+        Critical T' [N m s/rad], below 0.
     """
     upsilon, inertia = parameters.reflection, parameters.I_B
     scale = 4.0 * parameters.impedance * parameters.travel_time * upsilon

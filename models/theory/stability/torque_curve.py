@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, log
 from typing import overload
 
 import numpy as np
 
+from ...plant.friction import Friction
 from ...plant.parameters import DrillstringParameters
-from ..arrays import FloatArray
+from ..numerics.arrays import FloatArray
 
 
 @dataclass(frozen=True)
 class TorqueCurve:
-    """T(v) = c_b v + coulomb + excess exp(-rate v), the torque on a bit that turns forwards.
+    """Torque on a bit that turns forwards, T(v) = c_b v + dry friction.
 
     It is analytic, and continued as such to v <= 0, where it is not the torque of a bit.
 
@@ -22,34 +23,32 @@ class TorqueCurve:
     ----------
     viscosity : float
         c_b [N m s/rad].
-    coulomb, excess : float
-        W R_b mu_cb and W R_b (mu_sb - mu_cb) [N m].
-    rate : float
-        gamma_b / v_f [s/rad].
+    friction : Friction
+        Dry friction at the lever W R_b [N m].
     """
 
     viscosity: float
-    coulomb: float
-    excess: float
-    rate: float
+    friction: Friction
 
     @classmethod
     def of(cls, parameters: DrillstringParameters, wob: float) -> TorqueCurve:
         """Return the curve under a weight on bit [N]; ValueError unless that is finite and >= 0."""
         if not isfinite(wob) or wob < 0.0:
             raise ValueError(f"WOB is {wob}; expected a finite value >= 0")
-        lever = wob * parameters.R_b
-        return cls(
-            viscosity=parameters.c_b,
-            coulomb=lever * parameters.mu_cb,
-            excess=lever * (parameters.mu_sb - parameters.mu_cb),
-            rate=parameters.gamma_b / parameters.v_f,
-        )
+        return cls(viscosity=parameters.c_b, friction=Friction.of(parameters, wob * parameters.R_b))
 
     @property
     def static(self) -> float:
         """Greatest torque that holds a bit at rest [N m]."""
-        return self.coulomb + self.excess
+        return self.friction.static
+
+    @overload
+    def dry(self, speed: float) -> float: ...
+    @overload
+    def dry(self, speed: FloatArray) -> FloatArray: ...
+    def dry(self, speed: float | FloatArray) -> float | FloatArray:
+        """Return the dry friction in T [N m] at bit speeds [rad/s]."""
+        return self.friction.at(1.0, speed, np.exp)[1]
 
     @overload
     def torque(self, speed: float) -> float: ...
@@ -57,7 +56,7 @@ class TorqueCurve:
     def torque(self, speed: FloatArray) -> FloatArray: ...
     def torque(self, speed: float | FloatArray) -> float | FloatArray:
         """Return T [N m] at bit speeds [rad/s]."""
-        return self.viscosity * speed + self.coulomb + self.excess * np.exp(-self.rate * speed)
+        return self.viscosity * speed + self.dry(speed)
 
     @overload
     def slope(self, speed: float) -> float: ...
@@ -65,11 +64,8 @@ class TorqueCurve:
     def slope(self, speed: FloatArray) -> FloatArray: ...
     def slope(self, speed: float | FloatArray) -> float | FloatArray:
         """Return T' [N m s/rad] at bit speeds [rad/s]."""
-        return self.viscosity - self.excess * self.rate * np.exp(-self.rate * speed)
+        return self.viscosity + self.friction.at(1.0, speed, np.exp)[2]
 
     def speed_of_slope(self, slope: float) -> float | None:
         """Return the bit speed [rad/s] at which T' is `slope` [N m s/rad]; None if there is none above rest."""
-        fall = self.viscosity - slope
-        if fall <= 0.0 or fall >= self.excess * self.rate:
-            return None
-        return float(np.log(self.excess * self.rate / fall)) / self.rate
+        return self.friction.speed_of_slope(slope - self.viscosity, log)

@@ -1,4 +1,4 @@
-"""How many zeros an analytic function has in a rectangle: the argument principle."""
+"""The number of zeros of an analytic function in a rectangle, by the argument principle."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..arrays import ComplexArray, FloatArray
+from .arrays import ComplexArray, FloatArray
 
 LARGEST_TURN = 0.5
 """Between neighbouring points of the contour the argument turns by less than this [rad]."""

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..arrays import FloatArray
+from .arrays import FloatArray
 
 
 class Interpolation:

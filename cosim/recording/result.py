@@ -5,6 +5,8 @@ As CSV text, numbers have as many digits as read back to the same bits, and Bool
 
 from __future__ import annotations
 
+import csv
+import io
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -76,8 +78,10 @@ class Result:
 
 
 def header(names: Iterable[str]) -> str:
-    """Write the first line: ``time``, then the names of the columns."""
-    return ",".join(["time", *names]) + "\n"
+    """Write the first line: ``time``, then the names of the columns, quoted where RFC 4180 asks for it."""
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(["time", *names])
+    return line.getvalue()
 
 
 def lines(times: NDArray[Any], *columns: NDArray[Any]) -> Iterator[str]:

@@ -44,8 +44,8 @@ def decimate(columns: Sequence[Column], strides: Mapping[str, int]) -> dict[int,
     columns : sequence of Column
         All that is recorded.
     strides : mapping of str to int
-        By name or pattern of names, as ``plant.*``. Of several that match, the last holds; what none matches is stored
-        in all rows.
+        By name or pattern of names, as ``plant.*``. What is a name is no pattern, and holds before all patterns; of
+        several of these that match, the last holds; what none matches is stored in all rows.
 
     Returns
     -------
@@ -61,9 +61,10 @@ def decimate(columns: Sequence[Column], strides: Mapping[str, int]) -> dict[int,
     for pattern, stride in strides.items():
         if stride < 0:
             raise InputError(f"every: {pattern} = {stride}; expected 0 or a number of rows")
-        if not any(fnmatchcase(name, pattern) for name in names):
+        if pattern not in names and not any(fnmatchcase(name, pattern) for name in names):
             raise InputError(f"every: there is no '{pattern}'{suggestion(pattern, names)}")
-    chosen = {column: _stride(column.name, strides) for column in columns}
+    patterns = {pattern: stride for pattern, stride in strides.items() if pattern not in names}
+    chosen = {column: strides.get(column.name, _stride(column.name, patterns)) for column in columns}
     kept = sorted(set(chosen.values()) - {0})
     if not kept:
         raise InputError("every: nothing is stored; expected a distance other than 0 for something")

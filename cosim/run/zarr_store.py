@@ -7,6 +7,7 @@ while it writes; `cosim.open_trajectory` cuts them to the shortest.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
@@ -28,6 +29,8 @@ TRAJECTORY = "trajectory.zarr"
 CHUNK = 65536
 """Rows in a file."""
 _FORMAT = 2
+_ENCODED = '%/\\:*?"<>|'
+_LONGEST = 200
 _GATHERED = ".zmetadata"
 
 
@@ -153,8 +156,18 @@ def require_zarr() -> None:
 
 
 def array_name(column: str) -> str:
-    """Return the name of a column's array: that of the column, but for slashes, which lead into groups in Zarr."""
-    return column.replace("/", "%2F")
+    """Return the name of a column's array, which is that of a folder.
+
+    It is the column's name, in which what leads into groups or is no part of a file's name is percent-encoded, and the
+    percent sign itself. One that no file system takes is cut, and told apart by a digest. The array's attribute
+    ``variable`` has the column's own name.
+    """
+    name = "".join(f"%{ord(each):02X}" if each in _ENCODED or ord(each) < 32 else each for each in column)
+    name = name.replace(".", "%2E", 1) if name.startswith(".") else name
+    if len(name.encode()) <= _LONGEST:
+        return name
+    kept = name.encode()[: _LONGEST - 17].decode("utf-8", "ignore")
+    return f"{kept}~{hashlib.sha256(column.encode()).hexdigest()[:16]}"
 
 
 def _zarr() -> Any:
@@ -262,13 +275,19 @@ def open_trajectory(folder: str | Path) -> xarray.Dataset:
         for array in group.array_values():
             lengths.setdefault(_axis_of(array), set()).add(array.shape[0])
         if all(len(found) == 1 for found in lengths.values()):
-            return reader.open_zarr(path, consolidated=False)
+            return _by_column(reader.open_zarr(path, consolidated=False))
         names = list(group.array_keys())
         parts = [reader.open_zarr(path, consolidated=False, drop_variables=set(names) - {name}) for name in names]
         shortest = {axis: slice(0, min(found)) for axis, found in lengths.items()}
-        return reader.merge([part.isel({axis: shortest[axis] for axis in part.dims}) for part in parts])
+        return _by_column(reader.merge([part.isel({axis: shortest[axis] for axis in part.dims}) for part in parts]))
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} cannot be read: {error}") from error
+
+
+def _by_column(dataset: Any) -> Any:
+    """Give variables the names of their columns, where folders could not have them."""
+    names = {name: dataset[name].attrs.get("variable", name) for name in dataset.data_vars}
+    return dataset.rename({name: column for name, column in names.items() if name != column})
 
 
 def _axis_of(array: Any) -> str:

@@ -43,7 +43,7 @@ def python_files(model: Model) -> dict[str, bytes]:
 def slave_module(model: Model) -> str:
     """Return the module that holds the slave of a model."""
     room = f"fmu_src.fmus.{model.name}"
-    return f"{room}.slave" if _locate(f"{room}.slave") else f"{room}.interface"
+    return f"{room}.slave" if locate_module(f"{room}.slave") else f"{room}.interface"
 
 
 def _libraries(model: Model) -> dict[str, bytes]:
@@ -87,7 +87,7 @@ def _path(module: str) -> str:
     return module.replace(".", "/") + ".py"
 
 
-def _locate(module: str) -> Path | None:
+def locate_module(module: str) -> Path | None:
     """Return the file of a module, without running its code; None if there is no such file."""
     top, *rest = module.split(".")
     if top == "pythonfmu":
@@ -100,7 +100,7 @@ def _locate(module: str) -> Path | None:
 
 
 def _read(module: str) -> str:
-    path = _locate(module)
+    path = locate_module(module)
     if path is None:
         raise BuildError(f"the module {module} is missing; a python FMU cannot be built without it")
     return path.read_text(encoding="utf-8")
@@ -118,7 +118,7 @@ def _modules(importer: str, node: ast.Import | ast.ImportFrom) -> list[str]:
     origin = ".".join([*parts, *([node.module] if node.module else [])])
     if origin.split(".")[0] not in OWN:
         return []
-    if _locate(origin) is not None:
+    if locate_module(origin) is not None:
         return [origin]
     return [f"{origin}.{alias.name}" for alias in node.names]
 

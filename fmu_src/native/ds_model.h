@@ -1,4 +1,4 @@
-/* What a model is to the FMI adapter. Each model_<Model>.c fills in these functions.
+/* What a model is to the FMI adapter. The model.c of every FMU fills in these functions.
  *
  * `value` holds one number per variable by value reference (DS_<name> of ds_table.h); Booleans are 0 or 1, a String
  * variable is the number of its slot in `text`. `memory` is one flat block without pointers that the adapter

@@ -85,8 +85,8 @@ def gauge_fmu(run_folder: Path) -> Path:
 
 def build_gauge(output: Path, source: Path) -> Path:
     """Build the gauge from a source of its own."""
-    locate = python_packaging._locate
+    locate = python_packaging.locate_module
     with pytest.MonkeyPatch.context() as patch:
         slave = "fmu_src.fmus.Gauge.slave"
-        patch.setattr(python_packaging, "_locate", lambda name: source if name == slave else locate(name))
+        patch.setattr(python_packaging, "locate_module", lambda name: source if name == slave else locate(name))
         return build(GAUGE, Packaging.PYTHON, [], output)

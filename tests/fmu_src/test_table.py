@@ -108,6 +108,12 @@ def test_the_c_table_holds_what_the_table_says() -> None:
     assert '{"label", "", DS_STRING, DS_FIXED, 0.0, -DBL_MAX, DBL_MAX}' in source
 
 
+def test_an_array_in_c_is_as_long_as_the_table_lets_its_count_be() -> None:
+    model = MODELS["DrillstringDistributed"]
+    stations = [variable.name for variable in model.variables if variable.name.endswith("_twist")]
+    assert f"#define DS_MOST_stations {len(stations)}\n" in table_header(model, "{guid}")
+
+
 class _Page(HTMLParser):
     """Collects the identifiers on a page, and what it would load from elsewhere."""
 

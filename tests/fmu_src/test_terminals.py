@@ -64,7 +64,7 @@ def test_every_input_is_in_a_terminal(model: Model) -> None:
 
 
 @pytest.mark.parametrize("string", PLANTS)
-@pytest.mark.parametrize("name", ["DissipativeLaw", "WeightOnBitLaw", "DrillingProgram"])
+@pytest.mark.parametrize("name", sorted(MODELS.keys() - {*PLANTS}))
 def test_terminals_of_one_name_join_outputs_of_one_unit_to_inputs(name: str, string: str) -> None:
     plant, other = MODELS[string], MODELS[name]
     mine, theirs = ({terminal.name: terminal.members for terminal in model.terminals} for model in (plant, other))

@@ -1,10 +1,6 @@
-"""Scenarios as TOML files; every key that is not known is refused.
+"""Scenarios by name or from a file: TOML, of which every key that is not known is refused, or SSP.
 
-Scenarios by name, or from a file of either kind.
-
-Input signals as they are written in a scenario file.
-
-A table of a TOML file that knows where it stands, so that every complaint names the key.
+A table of a TOML file knows where it stands, so that every complaint names the key.
 """
 
 from __future__ import annotations
@@ -17,7 +13,6 @@ from typing import Any, cast
 
 from cosim.errors import InputError, ScenarioError, suggestion
 from cosim.scenario.scenario import Scenario, Variant
-from cosim.scenario.ssp.reading import open_ssp
 from cosim.system.method import Method
 from cosim.system.signals import Constant, Ramp, Signal, Step, Table, Value, ramp, read_table, table_of_points
 from cosim.system.structure import Component, Connection, PowerBond, System
@@ -168,6 +163,8 @@ def opened_scenario(source: str, stop_time: float | None = None, step_size: floa
     if Path(source).suffix != ".ssp":
         yield load_scenario(source)
         return
+    from cosim.scenario.ssp.reading import open_ssp  # with fmpy and lxml, which a TOML file does without
+
     with open_ssp(source, stop_time=stop_time, step_size=step_size) as loaded:
         yield loaded
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fmu_src.native_build import host_target
 
+from fmu_src.build.native import host_target
 from tests.native import programs
 
 

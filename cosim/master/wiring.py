@@ -363,15 +363,16 @@ class Drive:
         What drives the input.
     target : Target
         The input; its slopes are those that are not known to be zero.
+    constant : bool
+        Whether it never changes.
     """
 
     signal: Signal
     target: Target
+    constant: bool = field(init=False)
 
-    @property
-    def constant(self) -> bool:
-        """Whether it never changes."""
-        return self.signal.held is not None
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "constant", self.signal.held is not None)
 
     def start(self, time: float) -> None:
         """Let every row hold the value at a time [s]."""

@@ -20,7 +20,7 @@ from cosim.recording.record import Block, Window, allocate_block, allocate_slope
 from cosim.system.compatibility import StartValues
 from cosim.system.dependency import stepping_order
 from cosim.system.description import Description, Variable
-from cosim.system.method import EXPLICIT, Method
+from cosim.system.method import Method
 from cosim.system.signals import Value
 from cosim.system.structure import System
 
@@ -57,7 +57,7 @@ class ForwardRun:
             name: window_block(system, name, descriptions[name], start_values[name], self._size + 1)
             for name in self.order
         }
-        self._nodes = wire(system, slaves, self.blocks, first, self.order, EXPLICIT[method.algorithm])
+        self._nodes = wire(system, slaves, self.blocks, first, self.order, method.lag)
         self.notes: Mapping[str, np.dtype[Any]] = {}
 
     def initialise(self) -> Settling:

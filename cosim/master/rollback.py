@@ -24,7 +24,7 @@ from cosim.recording.record import Block, Window, allocate_block, allocate_slope
 from cosim.system.compatibility import StartValues
 from cosim.system.dependency import SteppingGroup, feedthrough_loops, feedthrough_reach, stepping_groups, stepping_order
 from cosim.system.description import Description, Variable
-from cosim.system.method import EXPLICIT, Method
+from cosim.system.method import Method
 from cosim.system.signals import Value
 from cosim.system.structure import Connection, Port, System
 
@@ -59,7 +59,7 @@ class RollbackRun:
             for part in system.components
         }
         first = float(grid.points(0, 0).signal_times[0])
-        nodes = wire(system, slaves, self.blocks, first, self.order, EXPLICIT.get(method.algorithm))
+        nodes = wire(system, slaves, self.blocks, first, self.order, method.lag)
         _start_from_own_values(nodes)
         repeated, last = nodes[: len(nodes) - len(plan.last)], nodes[len(nodes) - len(plan.last) :]
         self._stepper = (

@@ -1,7 +1,7 @@
 """From a checked system to nodes: each component with its memory and the places its inputs come from.
 
 There is one model of the wiring for steps that are taken once and for steps that may be repeated. What differs is the
-memory: a row for each step of a window, or a few rows on which a step is tried, from which a kept one is recorded.
+memory: a row for each step of a window, or a stage of a few rows on which a step is tried and, if kept, recorded.
 
 A row holds what is true at the end of the step that leads to it. While the step is under way, it holds what is set
 before it: the value at its beginning, and the slope. When it is over, it holds the value in force at its end, which is
@@ -363,15 +363,16 @@ class Drive:
         What drives the input.
     target : Target
         The input; its slopes are those that are not known to be zero.
+    constant : bool
+        Whether it never changes.
     """
 
     signal: Signal
     target: Target
+    constant: bool = field(init=False)
 
-    @property
-    def constant(self) -> bool:
-        """Whether it never changes."""
-        return self.signal.held is not None
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "constant", self.signal.held is not None)
 
     def start(self, time: float) -> None:
         """Let every row hold the value at a time [s]."""

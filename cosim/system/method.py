@@ -28,6 +28,7 @@ def _gauss_seidel(source: int, target: int) -> int:
 
 
 EXPLICIT: Mapping[str, Lag] = MappingProxyType({"jacobi": _jacobi, "gauss-seidel": _gauss_seidel})
+"""Explicit algorithms; what is added here can be run, in C, in Python, and with steps of variable size."""
 ALGORITHMS = (*EXPLICIT, "implicit")
 ON_FAILURE = ("fail", "halve", "explicit")
 
@@ -79,9 +80,14 @@ class Method:
                 raise InputError(f"{name} is {value:g}; expected a number > 0 and < 1")
 
     @property
+    def lag(self) -> Lag | None:
+        """The lag of an explicit algorithm; None for one that repeats steps until values agree."""
+        return EXPLICIT.get(self.algorithm)
+
+    @property
     def implicit(self) -> bool:
         """Whether steps are repeated until values agree."""
-        return self.algorithm not in EXPLICIT
+        return self.lag is None
 
     @property
     def takes_back(self) -> bool:

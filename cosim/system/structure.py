@@ -58,9 +58,9 @@ class Port(str):
             raise SystemDefinitionError(f"'{address}': expected the form component.variable")
         return cls(component, variable)
 
-    def __getnewargs__(self) -> tuple[str, str]:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def __reduce__(self) -> tuple[type[Port], tuple[str, str]]:
         """Return what a copy is made from."""
-        return self.component, self.variable
+        return Port, (self.component, self.variable)
 
     def __setattr__(self, name: str, value: object) -> Never:
         """Refuse any change."""

@@ -32,7 +32,7 @@ from cosim.scenario.ssp.document import (
 from cosim.scenario.ssp.parameters import component_values, read_bindings, read_units
 from cosim.scenario.ssp.program import as_signals
 from cosim.system.description import Description, Match, Unit, compare, describe
-from cosim.system.structure import Component, Connection, System
+from cosim.system.structure import Component, Connection, Port, System
 
 _FILE_NAME = re.compile(r"[^/\\:\0-\x1f]+\.fmu")
 
@@ -229,7 +229,7 @@ def _connection(element: Element, connectors: Mapping[str, Mapping[str, Connecto
     for child in element:
         if plain_name(child.tag) not in _KEPT:
             raise SspError(f"{label} has a {plain_name(child.tag)}, which is not supported")
-    (first, second) = (_connector(name, connectors) for name in (start, end))
+    (first, second) = (_connector(port, connectors) for port in (start, end))
     if compare(first.unit, second.unit) in _CLASHES and element.get("suppressUnitConversion") not in ("true", "1"):
         raise SspError(
             f"{label} leads from {describe(first.unit)} to {describe(second.unit)}; conversion of units is not "
@@ -242,8 +242,8 @@ def _connection(element: Element, connectors: Mapping[str, Mapping[str, Connecto
     return Connection(start, end)
 
 
-def _end(element: Element, side: str, connectors: Mapping[str, Mapping[str, Connector]], where: str) -> str:
-    """Return ``component.connector`` of one end."""
+def _end(element: Element, side: str, connectors: Mapping[str, Mapping[str, Connector]], where: str) -> Port:
+    """Return the port of one end."""
     name, component = element.get(f"{side}Connector", ""), element.get(f"{side}Element")
     if not component:
         raise SspError(f"{where}: a connection leads to the connector {name} of the system, which is not supported")
@@ -255,10 +255,9 @@ def _end(element: Element, side: str, connectors: Mapping[str, Mapping[str, Conn
     if name not in connectors[component]:
         hint = suggestion(name, connectors[component])
         raise SspError(f"{where}: a connection leads to {component}.{name}, which has no such connector{hint}")
-    return f"{component}.{name}"
+    return Port(component, name)
 
 
-def _connector(name: str, connectors: Mapping[str, Mapping[str, Connector]]) -> Connector:
-    """Find a connector by ``component.connector``."""
-    component, _, connector = name.partition(".")
-    return connectors[component][connector]
+def _connector(port: Port, connectors: Mapping[str, Mapping[str, Connector]]) -> Connector:
+    """Find the connector of a port."""
+    return connectors[port.component][port.variable]

@@ -106,3 +106,7 @@ FRICTION = (
     parameter_row("gamma_b", "1", 0.9, 0.0, 1.0, "Velocity decrease rate of the friction", "Eq. (4)", "tunable"),
     parameter_row("v_f", "rad/s", 1.0, 1e-6, 1e3, "Velocity that makes gamma_b |v| / v_f a number", "Eq. (4)"),
 )
+SLIPPING = tuple(row.name for row in (FRICTION[0], BIT_RADIUS, *FRICTION[1:]))
+"""Parameters of the torque on a bit that turns."""
+HOLDING = ("R_b", "mu_sb")
+"""Parameters of the torque that holds a bit at rest."""

@@ -37,7 +37,6 @@ PRIVATE_IN_TESTS: Mapping[str, set[str]] = {
     "tests/cosim/master/test_step_library.py": {"module._PACKAGED", "module._cached", "module._file_name"},
     "tests/cosim/scenario/test_scenario_file.py": {"cosim.fmi2.locate._folders"},
     "tests/fmu_src/conftest.py": {"python_packaging._locate"},
-    "tests/native/programs.py": {"native_build._environment"},
 }
 """Private names of the product that tests still use; this list only shrinks."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ...rows import (
     BIT_RADIUS,
     FRICTION,
+    SLIPPING,
     drive_terminal,
     output_row,
     parameter_row,
@@ -39,7 +40,7 @@ MODEL = Model(
         output_row("bit_speed_ref", "rad/s", "Rotation asked for, as the reference of the bit", "model 21", initially=_TABLED),
         output_row(
             "bit_torque_ref", "N.m", "Torque on bit (3)-(4) at the rotation and weight asked for", "Eq. (3)",
-            initially=(*_TABLED, *_TABLED_WOB[1:], "c_b", "R_b", "mu_cb", "mu_sb", "gamma_b", "v_f"),
+            initially=(*_TABLED, *_TABLED_WOB[1:], *SLIPPING),
         ),
         *_profile("speed", "rad/s", 10.0, -1e4, 1e4, "Rotation"),
         *_profile("WOB", "N", 97347.0, 0.0, 1e8, "Weight on bit"),

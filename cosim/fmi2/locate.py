@@ -43,7 +43,7 @@ def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> P
         if not path.is_file():
             raise FmuFileError(f"{path}: there is no such file")
         return path.resolve()
-    folders = _folders(packaging)
+    folders = fmu_folders(packaging)
     for folder in folders:
         if (path := folder / f"{fmu}.fmu").is_file():
             return path.resolve()
@@ -55,7 +55,7 @@ def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> P
 def promised_fmus(packaging: str) -> dict[str, Path]:
     """Return the FMUs that can be had by name, by name: of each the file that `locate_fmu` finds."""
     found: dict[str, Path] = {}
-    for folder in _folders(packaging):
+    for folder in fmu_folders(packaging):
         for path in sorted(folder.glob("*.fmu")):
             found.setdefault(path.stem, path.resolve())
     return dict(sorted(found.items()))
@@ -68,7 +68,7 @@ def how_to_build(packaging: str) -> str:
     return f"; `cosim build --packaging {packaging}` makes the FMUs of that packaging in dist"
 
 
-def _folders(packaging: str) -> list[Path]:
+def fmu_folders(packaging: str) -> list[Path]:
     """Return the folders to search, without repetition."""
     given = [Path(part) for part in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if part]
     folders = [folder for part in given for folder in (part / packaging, part)]

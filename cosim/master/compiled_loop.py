@@ -209,7 +209,7 @@ def _lay_out_slopes(exchange: SlopeExchange) -> _Slopes:
 log = logging.getLogger("cosim")
 
 _SOURCE = Path(__file__).resolve().parent / "native" / "step_loop.c"
-_PACKAGED = Path(__file__).resolve().parents[1] / "built" / "step_loop"
+PACKAGED = Path(__file__).resolve().parents[1] / "built" / "step_loop"
 
 _FLAGS = (
     "-shared",
@@ -235,11 +235,11 @@ def step_library() -> tuple[ctypes.CDLL | None, str]:
     """
     try:
         source = _SOURCE.read_bytes()
-        packaged = _PACKAGED / _file_name(hashlib.sha256(source).hexdigest()[:16])
+        packaged = PACKAGED / library_name(hashlib.sha256(source).hexdigest()[:16])
         if _is_whole(packaged):
             return ctypes.CDLL(str(packaged)), ""
         if util.find_spec("ziglang") is not None:
-            return _cached(source), ""
+            return cached_library(source), ""
         why = 'compiling it needs ziglang; pip install "drillstring-cosim[build]" brings it'
     except (OSError, subprocess.SubprocessError, metadata.PackageNotFoundError) as error:
         why = _reason(error)
@@ -247,14 +247,14 @@ def step_library() -> tuple[ctypes.CDLL | None, str]:
     return None, why
 
 
-def _file_name(origin: str) -> str:
+def library_name(origin: str) -> str:
     return f"step_loop-{origin}-{fmpy.platform_tuple}{fmpy.sharedLibraryExtension}"
 
 
-def _cached(source: bytes) -> ctypes.CDLL:
+def cached_library(source: bytes) -> ctypes.CDLL:
     """Load the library from the user's cache, compiled and put there if need be, or only used if that cannot be."""
     recipe = f"zig {metadata.version('ziglang')} {fmpy.platform_tuple} {_FLAGS}".encode()
-    name = _file_name(hashlib.sha256(recipe + source).hexdigest()[:32])
+    name = library_name(hashlib.sha256(recipe + source).hexdigest()[:32])
     cache_folder = _cache_folder()
     path = cache_folder / name if cache_folder is not None else None
     if path is not None and _is_whole(path):

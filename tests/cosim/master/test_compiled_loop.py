@@ -93,7 +93,7 @@ def test_without_a_compiler_steps_are_taken_in_python(
     step_library.cache_clear()
     monkeypatch.setattr("cosim.master.compiled_loop.user_cache_path", lambda name: tmp_path / name)
     monkeypatch.setattr(subprocess, "run", fail)
-    monkeypatch.setattr("cosim.master.compiled_loop._PACKAGED", tmp_path / "built")
+    monkeypatch.setattr("cosim.master.compiled_loop.PACKAGED", tmp_path / "built")
     monkeypatch.setattr("cosim.master.co_simulation.time.perf_counter", lambda: waited + next(clock))
     try:
         with caplog.at_level(logging.WARNING):

@@ -78,12 +78,12 @@ def test_the_library_that_came_with_the_package_is_used(
     assert step_library()[0] is not None
     source = hashlib.sha256(Path(module.__file__).with_name("native").joinpath("step_loop.c").read_bytes()).hexdigest()
     compiled = kept(home)
-    packaged = tmp_path / "built" / module._file_name(source[:16])
+    packaged = tmp_path / "built" / module.library_name(source[:16])
     packaged.parent.mkdir()
     packaged.write_bytes(compiled.read_bytes())
     packaged.with_name(f"{packaged.name}.sha256").write_text(hashlib.sha256(compiled.read_bytes()).hexdigest())
-    monkeypatch.setattr(module, "_PACKAGED", packaged.parent)
-    monkeypatch.setattr(module, "_cached", lambda source: pytest.fail("compiled in spite of the packaged one"))
+    monkeypatch.setattr(module, "PACKAGED", packaged.parent)
+    monkeypatch.setattr(module, "cached_library", lambda source: pytest.fail("compiled in spite of the packaged one"))
     step_library.cache_clear()
     library, _ = step_library()
     assert library is not None

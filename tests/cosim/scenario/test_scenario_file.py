@@ -169,7 +169,7 @@ def test_a_missing_fmu_is_refused_with_where_it_was_looked_for() -> None:
 def test_a_missing_fmu_names_what_makes_it_or_the_one_that_may_be_meant(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cosim.fmi2.locate._folders", lambda packaging: [tmp_path])
+    monkeypatch.setattr("cosim.fmi2.locate.fmu_folders", lambda packaging: [tmp_path])
     with pytest.raises(FmuFileError, match=r"Plent\.fmu is not in .*; `python build_fmu\.py` makes the FMUs"):
         locate_fmu("Plent", "native")
     (tmp_path / "Plant.fmu").touch()

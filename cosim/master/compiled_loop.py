@@ -248,6 +248,7 @@ def step_library() -> tuple[ctypes.CDLL | None, str]:
 
 
 def library_name(origin: str) -> str:
+    """Return the file name of the step loop's library for this platform, made of a source or recipe."""
     return f"step_loop-{origin}-{fmpy.platform_tuple}{fmpy.sharedLibraryExtension}"
 
 

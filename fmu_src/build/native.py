@@ -120,7 +120,7 @@ def _compile(name: str, stage: Path, target: Target, triple: str) -> bytes:
     source = f"{name}.c"
     command = [sys.executable, "-m", "ziglang", "cc", "-target", triple, *flags, "-I.", source, "-o", library, "-lm"]
     run = subprocess.run(
-        command, cwd=stage, env=environment(), capture_output=True, text=True, errors="replace", check=False
+        command, cwd=stage, env=compiler_environment(), capture_output=True, text=True, errors="replace", check=False
     )
     if run.returncode != 0 or not (stage / library).is_file():
         messages = (run.stderr or run.stdout).strip() or f"zig ended with exit code {run.returncode} and no message"
@@ -128,14 +128,14 @@ def _compile(name: str, stage: Path, target: Target, triple: str) -> bytes:
     return (stage / library).read_bytes()
 
 
-def environment() -> dict[str, str]:
-    """Return the environment to run the compiler in: in a checkout, its caches are in build/zig."""
-    variables = dict(os.environ)
+def compiler_environment() -> dict[str, str]:
+    """Return the environment in which zig runs: its caches are kept in the checkout, where there is one."""
+    environment = dict(os.environ)
     if (project.ROOT / "pyproject.toml").is_file():  # an installed package leaves the caches where zig puts them
         cache = project.ROOT / "build" / "zig"
-        variables.setdefault("ZIG_LOCAL_CACHE_DIR", str(cache / "local"))
-        variables.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache / "global"))
-    return variables
+        environment.setdefault("ZIG_LOCAL_CACHE_DIR", str(cache / "local"))
+        environment.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache / "global"))
+    return environment
 
 
 def _universal(parts: list[bytes]) -> bytes:

@@ -192,7 +192,7 @@ def _compile(command: Sequence[str], program: Path, inputs: Sequence[Path]) -> P
     if not (program.is_file() and stamp.is_file() and stamp.read_text() == total.hexdigest()):
         stamp.unlink(missing_ok=True)
         run = [*command, "-o", str(program)]
-        subprocess.run(run, cwd=program.parent, env=native_build.environment(), check=True)
+        subprocess.run(run, cwd=program.parent, env=native_build.compiler_environment(), check=True)
         stamp.write_text(total.hexdigest())
     return program
 

@@ -129,13 +129,13 @@ def _compile(name: str, stage: Path, target: Target, triple: str) -> bytes:
 
 
 def compiler_environment() -> dict[str, str]:
-    """Return the environment to run the compiler in: in a checkout, its caches are in build/zig."""
-    variables = dict(os.environ)
+    """Return the environment in which zig runs: its caches are kept in the checkout, where there is one."""
+    environment = dict(os.environ)
     if (project.ROOT / "pyproject.toml").is_file():  # an installed package leaves the caches where zig puts them
         cache = project.ROOT / "build" / "zig"
-        variables.setdefault("ZIG_LOCAL_CACHE_DIR", str(cache / "local"))
-        variables.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache / "global"))
-    return variables
+        environment.setdefault("ZIG_LOCAL_CACHE_DIR", str(cache / "local"))
+        environment.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache / "global"))
+    return environment
 
 
 def _universal(parts: list[bytes]) -> bytes:

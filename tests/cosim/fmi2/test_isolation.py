@@ -229,6 +229,8 @@ def running(probe: Path, tmp_path: Path):
     yield process, int(found[0])
     process.kill()
     process.wait()
+    assert process.stderr is not None
+    process.stderr.close()
 
 
 def is_stepping(process: int) -> bool:

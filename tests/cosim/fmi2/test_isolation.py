@@ -229,6 +229,7 @@ def running(probe: Path, tmp_path: Path):
     yield process, int(found[0])
     process.kill()
     process.wait()
+    process.stderr.close()  # what is left open is told of in whatever test comes next
 
 
 def is_stepping(process: int) -> bool:

@@ -110,8 +110,6 @@ def collocate(
 ) -> Slip:
     """Return the slip over a piece, by Newton's method from a friction that changes as at the begin.
 
-    Where the begin alone shows that the piece is too rough, it is integrated only at the last try.
-
     Parameters
     ----------
     law : BitLaw
@@ -129,7 +127,7 @@ def collocate(
     wob : (float, float)
         Weight on bit at its begin, and its rise over the piece [N].
     last_try : bool
-        The piece will not be halved again.
+        The piece will not be halved again: it is integrated even where its begin shows that it is too rough.
     """
     drive = tuple(law.twice_impedance * value(incident, node) for node in NODES)
     weight = tuple(wob[0] + node * wob[1] for node in NODES)

@@ -17,7 +17,7 @@ from cosim.system.signals import FloatArray
 LOSSES = ("top_loss", "bit_loss", "string_loss")
 """Outputs that tell where energy is lost; a plant has those that apply to it."""
 FOLDED = "folded_energy"
-"""What a plant took from its waves to simplify them: an error of the method, and counted as such."""
+"""Energy a plant took from its waves to simplify them: an error of the method, and counted as such."""
 NEEDED = ("energy", "work_in", "drive_work", "top_loss", "bit_loss")
 """Outputs of a plant from which its energy is balanced."""
 

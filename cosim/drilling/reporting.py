@@ -1,4 +1,4 @@
-"""What is reported of a run that turns a bit: measures, energy balance, and a figure laid out like the paper's.
+"""Report a run that turns a bit: measures, energy balance, and a figure laid out like the paper's.
 
 This is all that running and streaming know of drilling: which columns it takes, what is found in them, how that is
 written to a manifest and shown in a table, and what is drawn.

@@ -23,7 +23,7 @@ CO_SIMULATION = 1
 """The fmi2Type of an instance."""
 
 ELEMENTS: Mapping[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
-"""What the values of each base type are in C."""
+"""The C type of the values of each base type."""
 
 _ADDRESS = c_void_p
 _ARGUMENTS: Mapping[str, tuple[Any, ...]] = {
@@ -107,7 +107,7 @@ class SlopeExchange:
 
 @dataclass(frozen=True)
 class StepCalls:
-    """What a step calls: bare functions of the library, on addresses within the recording."""
+    """Hold what a step calls: bare functions of the library, on addresses within the recording."""
 
     instance: c_void_p
     do_step: Callable[[c_void_p, float, float, c_int], int]

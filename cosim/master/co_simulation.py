@@ -132,12 +132,12 @@ class Master:
 
     @property
     def done(self) -> float:
-        """Which part of the run has been taken, from 0 to 1."""
+        """Return the part of the run that has been taken, from 0 to 1."""
         return self._run.done
 
     @property
     def plan(self) -> Mapping[str, Any]:
-        """What is known of the run before it is begun: algorithm, order, connections, loops, times."""
+        """Return what is known of the run before it is begun: algorithm, order, connections, loops, times."""
         return self._record
 
     def begin(self) -> None:

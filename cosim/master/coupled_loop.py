@@ -85,7 +85,7 @@ class LoopSolver:
 
     @property
     def learned(self) -> FloatArray:
-        """What `QuasiNewton` has learned, shape (2 k, n)."""
+        """Return what `QuasiNewton` has learned, shape (2 k, n)."""
         return self._quasi_newton.learned
 
     @learned.setter
@@ -214,7 +214,7 @@ class CoupledLoop:
 
     @property
     def learned(self) -> FloatArray:
-        """What steps have taught, shape (1 + 2 k, n): how the torn values move, and the differences of k trials."""
+        """Return what was learned, shape (1 + 2 k, n): how the torn values move, and the differences of k trials."""
         return np.concatenate([self._slopes[np.newaxis], self._solver.learned])
 
     @learned.setter

@@ -85,7 +85,7 @@ class ForwardRun:
 
     @property
     def done(self) -> float:
-        """Which part of the steps has been taken, from 0 to 1."""
+        """Return the part of the steps that has been taken, from 0 to 1."""
         return self._row / self._grid.steps
 
     def snapshot(self) -> Snapshot:

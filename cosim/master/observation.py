@@ -1,4 +1,4 @@
-"""What is seen of a run: its columns by name, and an account of the coupling that is kept as windows come.
+"""Observe a run: its columns by name, and an account of the coupling that is kept as windows come.
 
 Columns are the outputs and inputs of each component, and what is known of the coupling, under ``coupling``.
 
@@ -40,7 +40,7 @@ log = logging.getLogger("cosim")
 
 @dataclass(frozen=True)
 class _Source:
-    """Where the values of a column are in a block."""
+    """Locate the values of a column in a block."""
 
     column: Column
     component: str
@@ -229,7 +229,7 @@ Line = tuple[FloatArray, FloatArray]
 
 @dataclass
 class EnergyAccount:
-    """What has happened across a bond so far.
+    """Sum up what has happened across a bond so far.
 
     Attributes
     ----------

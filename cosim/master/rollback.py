@@ -86,7 +86,7 @@ class RollbackRun:
 
     @property
     def done(self) -> float:
-        """Which part of the run has been taken, from 0 to 1."""
+        """Return the part of the run that has been taken, from 0 to 1."""
         return self._control.done
 
     def snapshot(self) -> Snapshot:
@@ -229,7 +229,7 @@ def plan_rollback(system: System, descriptions: Mapping[str, Description], metho
 
 
 def _moves(connection: Connection, descriptions: Mapping[str, Description]) -> bool:
-    """Whether a connection passes what changes continuously."""
+    """Tell whether a connection passes what changes continuously."""
     ends = (connection.source, connection.target)
     return all(descriptions[port.component].by_name[port.variable].is_continuous for port in ends)
 

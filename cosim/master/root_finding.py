@@ -40,7 +40,7 @@ class Trial:
 
     @property
     def answered(self) -> bool:
-        """Whether the components took the values."""
+        """Tell whether the components took the values."""
         return bool(np.isfinite(self.residual).all())
 
     @property
@@ -76,7 +76,7 @@ class Trials:
         return self.made[-1]
 
     def solved(self, trial: Trial) -> bool:
-        """Whether a trial closes the loop."""
+        """Tell whether a trial closes the loop."""
         return bool((np.abs(trial.residual) <= self.tolerance * np.maximum(1.0, np.abs(trial.values))).all())
 
     @property

@@ -34,7 +34,7 @@ def window_size(steps: int) -> int:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What it takes to go on from between two windows; kept in a file, it is a checkpoint.
+    """Hold what it takes to go on from between two windows; kept in a file, it is a checkpoint.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Snapshot:
 
 
 class Run(Protocol):
-    """What takes the steps and records them."""
+    """Take the steps and record them."""
 
     @property
     def order(self) -> tuple[str, ...]:
@@ -58,7 +58,7 @@ class Run(Protocol):
 
     @property
     def blocks(self) -> Mapping[str, Block]:
-        """Where the values of the components are exchanged, by name."""
+        """Return the blocks in which the values of the components are exchanged, by name."""
         ...
 
     @property
@@ -76,7 +76,7 @@ class Run(Protocol):
 
     @property
     def done(self) -> float:
-        """Which part of the steps has been taken, from 0 to 1."""
+        """Return the part of the steps that has been taken, from 0 to 1."""
         ...
 
     def snapshot(self) -> Snapshot:
@@ -111,7 +111,7 @@ _ROUNDING = 1e-13
 
 @dataclass(frozen=True)
 class Settling:
-    """How the exchange ended: whether it settled, after how many rounds, and the input that changed last."""
+    """Tell how the exchange ended: whether it settled, after how many rounds, and the input that changed last."""
 
     settled: bool
     rounds: int

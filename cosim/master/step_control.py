@@ -34,7 +34,7 @@ BEGIN, MIDDLE, END, WHOLE = range(4)
 ROWS = 4
 
 DEEPEST = 10
-"""How often a step can be halved: the smallest is a 1024th of the distance between regular points."""
+"""The times a step can be halved: the smallest is a 1024th of the distance between regular points."""
 _FINEST = 1 << DEEPEST
 # A step that is kept is recorded as at most so many: two halves.
 _LEGS = 2
@@ -44,7 +44,7 @@ _SAFE = 0.5
 
 @dataclass
 class Tally:
-    """What happened in a run.
+    """Count what happened in a run.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ class StepControl:
 
     @property
     def done(self) -> float:
-        """Which part of the run has been taken, from 0 to 1."""
+        """Return the part of the run that has been taken, from 0 to 1."""
         return (self._interval + self._place / _FINEST) / self._grid.steps
 
     def snapshot(self) -> dict[str, Any]:
@@ -229,7 +229,7 @@ class StepControl:
         return self._error.estimate(whole.size), legs
 
     def _recovers(self, failure: LoopError | SlaveError) -> bool:
-        """Whether a smaller step may help."""
+        """Tell whether a smaller step may help."""
         if isinstance(failure, LoopError):
             return self._halves
         return failure.status == "fmi2Discard" and (self._halves or self._error is not None)
@@ -333,6 +333,6 @@ def _difference(watched: _Watched, size: float) -> float:
 
 
 def _hides(node: Node) -> bool:
-    """Whether a component has an output that no input feeds through to."""
+    """Tell whether a component has an output that no input feeds through to."""
     description = node.slave.description
     return any(not description.fed_through(variable.name) for variable in description.with_causality("output"))

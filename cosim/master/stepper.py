@@ -1,4 +1,4 @@
-"""What the master asks of an algorithm that takes steps on a stage.
+"""Take steps, of any size, by an explicit or the implicit algorithm.
 
 Explicit algorithms on the stage: every component is stepped once, with what is known by then, in a step of any size.
 
@@ -254,7 +254,7 @@ class Implicit:
 
 
 def _jumps(channel: Channel, begin: int, size: float) -> bool:
-    """Whether an output is not what its input was up to now, or not where its derivative led it."""
+    """Tell whether an output is not what its input was up to now, or not where its derivative led it."""
     output, arrived = channel.output(begin), channel.target.value(begin)
     if not channel.continuous:
         return output != arrived
@@ -265,5 +265,5 @@ def _jumps(channel: Channel, begin: int, size: float) -> bool:
 
 
 def _differ(first: float, second: float, nominal: float) -> bool:
-    """Whether two values differ by more than rounding."""
+    """Tell whether two values differ by more than rounding."""
     return abs(first - second) > _ROUNDING * max(abs(first), nominal)

@@ -1,4 +1,4 @@
-"""Where a run is recorded: memory laid out once, so that FMUs write their outputs straight into it.
+"""Lay out the memory of a run once, so that FMUs write their outputs straight into it.
 
 A run is recorded a window at a time, in the same memory: what is to be kept of a window is copied from it.
 

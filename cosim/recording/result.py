@@ -187,7 +187,7 @@ class RowMemory:
 
 
 SECONDS = 60.0
-"""How much is kept at least, s; measures look at the last 20 s, or at a period if that is longer."""
+"""The time that is kept at least, s; measures look at the last 20 s, or at a period if that is longer."""
 _TIMES = "time"
 
 

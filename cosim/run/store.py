@@ -17,7 +17,7 @@ from cosim.errors import InputError, OutputError, suggestion
 from cosim.recording.result import Column, Rows, header, lines
 
 Position = Mapping[str, int]
-"""How far a store has got, by what it counts."""
+"""The rows a store holds, by what it counts."""
 
 
 class Store(Protocol):

@@ -1,4 +1,4 @@
-"""Whether a system fits the FMUs it names; every refusal names component, variable, expected and actual.
+"""Check that a system fits the FMUs it names; every refusal names component, variable, expected and actual.
 
 Start values: from what the user wrote to what the FMU's setters take, or a sentence that says why not.
 """

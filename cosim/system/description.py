@@ -1,4 +1,4 @@
-"""What an FMU says about itself: variables, units, capabilities, structure. The master knows an FMU by this alone.
+"""Describe an FMU by what it says of itself: variables, units, capabilities, structure. The master knows no more.
 
 Comparing the units at the two ends of a connection.
 """
@@ -54,12 +54,12 @@ class Variable:
 
     @property
     def is_continuous(self) -> bool:
-        """Whether it is a real number that changes continuously, but for a few places."""
+        """Tell whether it is a real number that changes continuously, but for a few places."""
         return self.type == "Real" and self.variability == "continuous"
 
     @property
     def settable(self) -> bool:
-        """Whether a start value may be given before initialisation."""
+        """Tell whether a start value may be given before initialisation."""
         if self.variability == "constant" or self.causality in ("independent", "calculatedParameter"):
             return False
         return self.causality in ("parameter", "input") or self.initial in ("exact", "approx")
@@ -126,7 +126,7 @@ BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 class Match(Enum):
-    """How two units compare."""
+    """Tell how two units compare."""
 
     SAME = "same"
     UNKNOWN = "unknown"

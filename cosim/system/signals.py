@@ -35,7 +35,7 @@ class Signal(Protocol):
     """
 
     kind: ClassVar[str]
-    """What it is called in scenarios, records and messages."""
+    """Name what it is called in scenarios, records and messages."""
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -67,12 +67,12 @@ class Signal(Protocol):
 
     @property
     def is_level(self) -> bool:
-        """Whether it is known to be level between its breakpoints, so that it has no slope anywhere."""
+        """Tell whether it is known to be level between its breakpoints, so that it has no slope anywhere."""
         return self.levels is not None
 
     @property
     def change(self) -> Change | None:
-        """What it is as one change of a number, at once or along a straight line, if it is."""
+        """Return it as one change of a number, at once or along a straight line, if it is."""
         return None
 
     def record(self) -> dict[str, Any]:
@@ -196,7 +196,7 @@ class Table(Signal):
 
     @property
     def is_level(self) -> bool:
-        """Whether all points between jumps are equal."""
+        """Tell whether all points between jumps are equal."""
         return not self.slopes(np.array(self.breakpoints)).any()
 
     @property
@@ -261,7 +261,7 @@ class Ramp(Signal):
 
     @property
     def is_level(self) -> bool:
-        """Whether it leads nowhere."""
+        """Tell whether it leads nowhere."""
         return self._line.is_level
 
     @property
@@ -271,7 +271,7 @@ class Ramp(Signal):
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Where it starts and ends."""
+        """Return where it starts and ends."""
         return self._line.breakpoints
 
     def values(self, times: FloatArray) -> NDArray[np.generic]:

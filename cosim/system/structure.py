@@ -1,4 +1,4 @@
-"""What is coupled with what: a system as plain data.
+"""State what is coupled with what: a system as plain data.
 
 Nothing here opens an FMU. Names are checked against the FMUs' model descriptions in `cosim.system.compatibility`.
 """
@@ -15,7 +15,7 @@ from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.signals import Constant, Signal, Value
 
 COUPLING = "coupling"
-"""What stands before the dot in recorded names that tell of the coupling, where in others a component's name does."""
+"""The word before the dot in recorded names that tell of the coupling, where in others a component's name does."""
 
 
 class Port(str):

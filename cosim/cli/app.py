@@ -1,4 +1,4 @@
-"""The command `cosim`; each of its commands imports what it needs, so that help and lists are there at once.
+"""Define the command `cosim`; each of its commands imports what it needs, so that help and lists are there at once.
 
 It also hands out the FMUs as files for other tools: those that are there, copies of them, and built anew.
 """

@@ -1,4 +1,4 @@
-"""Output of the command line: sentences, progress, and the report of a run.
+"""Write to the terminal: sentences, progress, and the report of a run.
 
 Errors and log messages are one sentence each. Of a run, measures are shown as a table, and then how well the coupling
 was computed and what is not known of it.

@@ -1,4 +1,4 @@
-"""The energy balance of a run: what the drive gave is stored, or lost in the sliding top and at the bit.
+"""Balance the energy of a run: what the drive gave is stored, or lost in the sliding top and at the bit.
 
 It is eq. (8) of Saldivar et al. (2011), I L / 2 times, with the drive's side of the sliding top as well; eq. (11) in
 docs/model.md. Every term is an integral that the plant accumulates on its own, so that the balance is a check of the

@@ -1,4 +1,4 @@
-"""The master: couples slaves over communication points and records what they put out.
+"""Couple slaves over communication points, and record what they put out.
 
 Time is the start time plus a whole number of steps, or of parts of them, never a sum of steps. In step mode a
 component's inputs are set, then it steps, then its outputs are read. FMI 2.0 allows no reading between setting and

@@ -1,10 +1,8 @@
-"""Steps of a run with known communication points, taken in C where every component is an FMU of this process.
+"""Take the steps of a run with known communication points in C, where every component is an FMU of this process.
 
 The loop to read is `cosim.master.fixed_step.readable_steps`. This one lays out the same calls on the same memory for
 the library of `step_library`, which walks them. It comes back to Python after each window of rows, and where a call
-fails.
-
-The library of the step loop: the one that came with the package, else C99 compiled when it is first needed.
+fails. The library is the one that came with the package, else C99 compiled when it is first needed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Components that depend on each other, stepped again and again from the same state until their values agree.
+"""Step components that depend on each other again and again from the same state, until their values agree.
 
 The components are stepped in order. Connections that lead forward pass on what has just been computed. Those that lead
 back are torn: what they bring is tried, and compared with what comes back. An input of an FMU that interpolates goes on
@@ -6,8 +6,7 @@ a straight line from the value at the beginning of the step to that at its end; 
 the value at the end.
 
 Where the residual of a loop vanishes is found by a fast method that is nearly always enough, and a sure one behind it.
-
-Saying that a loop has no solution: when, between which variables, how far off, and what to try.
+Where it does not vanish, the error says when, between which variables, by how much it fails, and what to try.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Runs that only go forward: every step is taken once, straight into the recording.
+"""Run forward only: take every step once, straight into the recording.
 
-The explicit steps between known communication points, to be read; `compiled_loop` takes the same in C.
+`readable_steps` is the loop to be read; `compiled_loop` takes the same steps in C.
 """
 
 from __future__ import annotations

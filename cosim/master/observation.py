@@ -2,14 +2,11 @@
 
 Columns are the outputs and inputs of each component, and what is known of the coupling, under ``coupling``.
 
-Guards and limits: Boolean outputs that say that a value is not what the equations ask for.
-
 A law that divides by what may vanish guards the divisor, a drive has a limit. What comes out then closes a loop between
-components like any other value, but it is the guard's or the limit's and not a solution of the equations.
+components like any other value, but it is the guard's or the limit's and not a solution of the equations; Boolean
+outputs say so, and are counted.
 
-Energy that the coupling makes or loses: across a power bond, what is taken in is not just what is given.
-
-Over each step the power taken in is the input as it was set, held or on a straight line, times the output of the same
+Across a power bond, what is taken in is not just what is given. Over each step the power taken in is the input as it was set, held or on a straight line, times the output of the same
 component; the power given is the output that drives the input, times what its component was given in return. Between
 communication points outputs are taken to go on straight lines. The difference, integrated over the step, is the energy
 residual: positive where the coupling adds energy. An exact coupling has none. Energy residuals are due to Sadjina,

@@ -1,6 +1,6 @@
-"""Runs that can go back: steps are repeated until loops close, or taken back to try smaller ones.
+"""Run with a way back: repeat steps until loops close, or reject them and try smaller ones.
 
-Which components have to return to an earlier state, and refusing those that have to and cannot.
+A component that has to return to an earlier state for that, and cannot, is refused.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""A run, as the master sees it between setting up the components and terminating them.
+"""Begin, record and resume a run, between setting up the components and terminating them.
 
-Consistent values at the start: in initialization mode, components exchange values until nothing changes.
-
-The recording of steps that are taken on a stage: rows of the stage, copied as steps are kept, a window at a time.
+In initialization mode, components exchange values until nothing changes, so that the values at the start are
+consistent. Steps that are taken on a stage are recorded by copying rows of the stage, as steps are kept, a window at a
+time.
 """
 
 from __future__ import annotations

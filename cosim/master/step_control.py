@@ -1,4 +1,4 @@
-"""Communication steps of variable size: rejected steps are taken back and halved.
+"""Vary the communication step size: reject steps and halve them, and double what goes well.
 
 The regular communication points, and those at which a signal jumps or kinks, are always met. Between two of them steps
 have the size of the distance, a half, a quarter, and so on, and begin at multiples of their size. So time is never a
@@ -8,8 +8,6 @@ With a tolerance every step is taken twice, whole and in two halves, and the hal
 values at the end and in the middle of the step, where the whole step had to assume them; in a system with travelling
 waves an assumption that was wrong in the middle shows much later, or never at a communication point. Richardson's
 extrapolation makes the error of the halves from the difference.
-
-How far two half steps and a whole one lie apart, and what that says of the error.
 """
 
 from __future__ import annotations

@@ -1,12 +1,10 @@
 """Take steps, of any size, by an explicit or the implicit algorithm.
 
-Explicit algorithms on the stage: every component is stepped once, with what is known by then, in a step of any size.
+By an explicit one, every component is stepped once, with what is known by then. Which outputs are known is the lag of
+the channels, by the algorithm. Runs whose communication points are known beforehand go another way, by
+`cosim.master.fixed_step` or the same in C.
 
-Which outputs are known is the lag of the channels, by the algorithm. Runs whose communication points are known
-beforehand go another way, by `cosim.master.fixed_step` or the same in C.
-
-Implicit: every step is repeated until what each component was given is what the others put out at its end.
-
+By the implicit one, every step is repeated until what each component was given is what the others put out at its end.
 Components are stepped in an order in which all that a component depends on comes before it. Those that depend on each
 other form a loop, which is closed by `coupled_loop`; the others are stepped once, with inputs that are final. Values
 that do not change continuously (Integer, Boolean, discrete Real) are not iterated: they hold over a step what they are

@@ -1,4 +1,4 @@
-"""From a checked system to nodes: each component with its memory and the places its inputs come from.
+"""Wire a checked system: give each component its memory, and the places its inputs come from.
 
 There is one model of the wiring for steps that are taken once and for steps that may be repeated. What differs is the
 memory: a row for each step of a window, or a stage of a few rows on which a step is tried and, if kept, recorded.

@@ -1,4 +1,4 @@
-"""Trajectories: rows as a run gives them, the memory that keeps them, and the result that a run leaves.
+"""Keep trajectories: rows as a run gives them, the memory that keeps them, and the result that a run leaves.
 
 As CSV text, numbers have as many digits as read back to the same bits, and Booleans are 0 and 1.
 """

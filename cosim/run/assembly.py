@@ -1,4 +1,4 @@
-"""From a scenario to a master that is ready to run: find the FMUs, check, open, and say what they are."""
+"""Make a master that is ready to run from a scenario: find the FMUs, check, open, and say what they are."""
 
 from __future__ import annotations
 

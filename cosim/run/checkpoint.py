@@ -1,4 +1,4 @@
-"""Checkpoints: all that a run needs to go on, in one file that is whole or not there.
+"""Keep all that a run needs to go on in one file that is whole or not there: a checkpoint.
 
 The file is an .npz archive of NumPy: arrays by name, and JSON text among them. It is written beside its place and takes
 it when it is complete, so a program that is killed on the way leaves the checkpoint before.

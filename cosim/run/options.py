@@ -1,4 +1,4 @@
-"""Options of a run: one object from the command line, or a call, to the master."""
+"""Carry the options of a run as one object from the command line, or a call, to the master."""
 
 from __future__ import annotations
 

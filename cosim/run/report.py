@@ -1,4 +1,4 @@
-"""The report of a run: how it was made and what came of it, typed here and written to manifest.json here alone.
+"""Report a run: how it was made and what came of it, typed here and written to manifest.json here alone.
 
 The master tells of a run in plain numbers, `CouplingReport` names them. With what was run they make a `RunReport`, with
 what was found a `VariantReport`, and those of a folder its `Manifest`.

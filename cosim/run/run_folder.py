@@ -1,4 +1,4 @@
-"""Runs on disk: a folder is complete or it is not there.
+"""Write runs to disk: a folder is complete or it is not there.
 
 Everything is written into a temporary folder beside the final one, which takes its name at the end. Only a folder that
 holds an earlier run, which its manifest shows, or nothing, is replaced. A streamed run has a new folder, which is there

@@ -1,4 +1,4 @@
-"""Runs of scenarios that fit into memory."""
+"""Run scenarios whose trajectories fit into memory."""
 
 from __future__ import annotations
 

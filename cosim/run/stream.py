@@ -1,4 +1,4 @@
-"""Runs of any length: rows go to disk as they come, and checkpoints let an interrupted run go on.
+"""Run to any length: rows go to disk as they come, and checkpoints let an interrupted run go on.
 
 Ctrl-C and a request to terminate are taken between steps. An FMU may run Python of its own, which would swallow a
 KeyboardInterrupt raised within it and report a failed step instead. So the signal is only noted, and the run is left at

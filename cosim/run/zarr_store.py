@@ -1,4 +1,4 @@
-"""Trajectories streamed to Zarr (version 2), laid out as xarray reads them, and read back.
+"""Stream trajectories to Zarr (version 2), laid out as xarray reads them, and read them back.
 
 Each column is an array over a time axis, ``time`` where every row is stored, ``time_10`` where every tenth is. Zarr
 replaces files whole, so that a store is never left with half of one. Columns may differ in length if the program ends

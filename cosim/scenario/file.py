@@ -1,4 +1,4 @@
-"""Scenarios by name, or from TOML files, in which a key that is not known is refused.
+"""Load scenarios by name, or from TOML files, in which a key that is not known is refused.
 
 `TomlTable` knows where in the file it stands, so that every complaint names the key.
 """

@@ -1,6 +1,6 @@
 """Check that a system fits the FMUs it names; every refusal names component, variable, expected and actual.
 
-Start values: from what the user wrote to what the FMU's setters take, or a sentence that says why not.
+What the user wrote becomes what the FMU's setters take, or a sentence that says why not.
 """
 
 from __future__ import annotations

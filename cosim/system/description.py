@@ -1,6 +1,6 @@
 """Describe an FMU by what it says of itself: variables, units, capabilities, structure. The master knows no more.
 
-Comparing the units at the two ends of a connection.
+The units at the two ends of a connection are compared here as well.
 """
 
 from __future__ import annotations

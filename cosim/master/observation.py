@@ -6,12 +6,13 @@ A law that divides by what may vanish guards the divisor, a drive has a limit. W
 components like any other value, but it is the guard's or the limit's and not a solution of the equations; Boolean
 outputs say so, and are counted.
 
-Across a power bond, what is taken in is not just what is given. Over each step the power taken in is the input as it was set, held or on a straight line, times the output of the same
-component; the power given is the output that drives the input, times what its component was given in return. Between
-communication points outputs are taken to go on straight lines. The difference, integrated over the step, is the energy
-residual: positive where the coupling adds energy. An exact coupling has none. Energy residuals are due to Sadjina,
-Kyllingstad, Skjong and Pedersen (2017), Energy conservation and power bonds in co-simulations, Engineering with
-Computers 33, who take the powers at communication points.
+Across a power bond, what is taken in is not just what is given. Over each step the power taken in is the input as it
+was set, held or on a straight line, times the output of the same component; the power given is the output that drives
+the input, times what its component was given in return. Between communication points outputs are taken to go on
+straight lines. The difference, integrated over the step, is the energy residual: positive where the coupling adds
+energy. An exact coupling has none. Energy residuals are due to Sadjina, Kyllingstad, Skjong and Pedersen (2017), Energy
+conservation and power bonds in co-simulations, Engineering with Computers 33, who take the powers at communication
+points.
 """
 
 from __future__ import annotations

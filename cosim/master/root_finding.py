@@ -5,7 +5,8 @@ jump, as at a pole, both sides of the jump are searched for roots as well: next 
 which the residual dips through zero and back. With several unknowns, the sure way is Newton's method with a Jacobian by
 fresh differences and a line search.
 
-The fast way, for any number of unknowns, is interface quasi-Newton with inverse least squares (IQN-ILS): Degroote, Bathe and Vierendeels (2009), Performance of a new partitioned procedure versus a monolithic procedure in
+The fast way, for any number of unknowns, is interface quasi-Newton with inverse least squares (IQN-ILS): Degroote,
+Bathe and Vierendeels (2009), Performance of a new partitioned procedure versus a monolithic procedure in
 fluid-structure interaction, Computers & Structures 87. Nothing is known of the components but what they answer. The
 differences between answers span a space in which the inverse Jacobian of the residual is known. Outside of it the
 answer itself is the next value, as in a fixed-point iteration. Differences from earlier steps stay of use, because the

@@ -50,7 +50,7 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
         path = SCENARIOS / f"{name_or_path}.toml"
         if str(name_or_path) not in scenario_names():
             hint = suggestion(str(name_or_path), scenario_names())
-            hint = hint or "; a file name must end in .toml or .ssp"
+            hint = hint or "; a file name must end in .toml, .ssp or .ssd"
             raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -160,7 +160,7 @@ def opened_scenario(source: str, stop_time: float | None = None, step_size: floa
     InputError
         If there is none, or it cannot be understood.
     """
-    if Path(source).suffix != ".ssp":
+    if Path(source).suffix not in (".ssp", ".ssd"):
         yield load_scenario(source)
         return
     from cosim.scenario.ssp.reading import open_ssp  # with fmpy and lxml, which a TOML file does without

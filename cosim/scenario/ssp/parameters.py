@@ -8,15 +8,17 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element, SubElement
 
-from cosim.errors import SspError
+from cosim.errors import SspError, suggestion
 from cosim.scenario.ssp.document import (
+    MAPPING_TYPE,
     PARAMETER_SET_TYPE,
-    SspArchive,
+    SspSource,
     check_document,
     plain_name,
     read_document,
     ssc,
     ssd,
+    ssm,
     ssv,
 )
 from cosim.system.description import BASE_UNITS, Description, Unit, Variable
@@ -115,7 +117,7 @@ def _given(element: Element, units: Mapping[str, Unit], where: str) -> Given:
         case "Integer":
             return Given(int(text))
         case "Boolean":
-            return Given(text.strip() in ("true", "1"))
+            return Given(_boolean(text))
         case "Binary":
             raise SspError(f"{where} is binary; expected a number, a Boolean, a string or an enumeration")
         case _:
@@ -139,12 +141,12 @@ def _unit(element: Element) -> Unit:
 log = logging.getLogger("cosim")
 
 
-def read_bindings(archive: SspArchive, element: Element, where: str) -> dict[str, Given]:
+def read_bindings(archive: SspSource, element: Element, where: str) -> dict[str, Given]:
     """Read all parameter bindings of a component or system; later ones take priority (SSP 1.0, section 5.3.1).
 
     Parameters
     ----------
-    archive : SspArchive
+    archive : SspSource
         Where external parameter sets lie.
     element : Element
         ssd:Component or ssd:System.
@@ -168,10 +170,12 @@ def read_bindings(archive: SspArchive, element: Element, where: str) -> dict[str
             raise SspError(f"{label} has the type {binding.get('type')}; expected {PARAMETER_SET_TYPE}")
         if binding.get("sourceBase", "SSD") != "SSD":
             raise SspError(f"{label} has the sourceBase {binding.get('sourceBase')}; only SSD is supported")
-        if binding.find(ssd("ParameterMapping")) is not None:
-            raise SspError(f"{label} has a ParameterMapping, which is not supported")
         prefix = binding.get("prefix", "")
-        for name, given in _parameter_set(archive, binding, label).items():
+        found = _parameter_set(archive, binding, label)
+        mapping = binding.find(ssd("ParameterMapping"))
+        if mapping is not None:
+            found = _mapped(found, _mapping(archive, mapping, label), label)
+        for name, given in found.items():
             values[prefix + name] = given
     return values
 
@@ -193,14 +197,13 @@ def component_values(
     bound : mapping of str to Given
         From its own bindings, by variable.
     above : mapping of str to Given
-        From the system's bindings, by ``component.variable``; these take precedence.
+        From the bindings of the systems around it, by variable; these take precedence.
     driven : sequence of str
         Inputs, ``component.variable``, that connections drive.
     """
     prefix = f"{name}."
-    inherited = {key.removeprefix(prefix): given for key, given in above.items() if key.startswith(prefix)}
     values: dict[str, Value] = {}
-    for variable, given in {**bound, **inherited}.items():
+    for variable, given in {**bound, **above}.items():
         label = prefix + variable
         if variable not in description.by_name:
             log.warning("%s: %s has no variable of that name; its value is ignored", label, description.model_name)
@@ -211,7 +214,7 @@ def component_values(
     return values
 
 
-def _parameter_set(archive: SspArchive, binding: Element, label: str) -> dict[str, Given]:
+def _parameter_set(archive: SspSource, binding: Element, label: str) -> dict[str, Given]:
     """Read the parameter set of a binding, wherever it is."""
     source, inline = binding.get("source"), binding.find(ssd("ParameterValues"))
     if source is not None and inline is not None:
@@ -228,3 +231,54 @@ def _parameter_set(archive: SspArchive, binding: Element, label: str) -> dict[st
         raise SspError(f"{label} holds {found}; expected one ParameterSet")
     check_document(content[0], label)
     return read_parameter_set(content[0], label)
+
+
+def _mapping(archive: SspSource, element: Element, label: str) -> Element:
+    """Read the parameter mapping of a binding, wherever it is."""
+    if element.get("type", MAPPING_TYPE) != MAPPING_TYPE:
+        raise SspError(f"{label} has a mapping of the type {element.get('type')}; expected {MAPPING_TYPE}")
+    if element.get("sourceBase", "SSD") != "SSD":
+        raise SspError(f"{label} has a mapping with the sourceBase {element.get('sourceBase')}; only SSD is supported")
+    source = element.get("source")
+    if source is not None:
+        name = archive.member(source, f"the mapping of {label.rpartition(': ')[2]}")
+        return read_document(archive.read(name), f"{archive.path.name}: {PurePosixPath(name)}", ssm("ParameterMapping"))
+    content = list(element)
+    if len(content) != 1 or content[0].tag != ssm("ParameterMapping"):
+        raise SspError(f"{label} has a mapping with neither source nor ParameterMapping; expected one of them")
+    check_document(content[0], label)
+    return content[0]
+
+
+def _mapped(values: Mapping[str, Given], mapping: Element, label: str) -> dict[str, Given]:
+    """Apply a parameter mapping (SSP 1.0, chapter 8): by its entries alone values are given, under their targets."""
+    mapped: dict[str, Given] = {}
+    for entry in mapping.iterfind(ssm("MappingEntry")):
+        source, target = str(entry.get("source")), str(entry.get("target"))
+        if source not in values:
+            raise SspError(f"{label} maps {source}, which its parameter set does not hold{suggestion(source, values)}")
+        given = values[source]
+        for child in entry:
+            if plain_name(child.tag) != "Annotations":
+                given = Given(_transformed(given.value, child, f"{label}: {source}"), given.unit)
+        kept = entry.get("suppressUnitConversion") in ("true", "1")
+        mapped[target] = Given(given.value) if kept else given
+    return mapped
+
+
+def _transformed(value: Value, transformation: Element, label: str) -> Value:
+    """Apply a transformation to a value (SSP 1.0, section 4.5.4)."""
+    kind = plain_name(transformation.tag)
+    if kind == "LinearTransformation":
+        if isinstance(value, bool | str):
+            raise SspError(f"{label} is {value!r}; expected a number for a LinearTransformation")
+        return float(transformation.get("factor", "1")) * value + float(transformation.get("offset", "0"))
+    read = {"BooleanMappingTransformation": _boolean, "IntegerMappingTransformation": int}.get(kind, str)
+    for entry in transformation:
+        if read(str(entry.get("source"))) == value:
+            return read(str(entry.get("target")))
+    raise SspError(f"{label} is {value!r}, which its {kind} does not map")
+
+
+def _boolean(text: str) -> bool:
+    return text.strip() in ("true", "1")

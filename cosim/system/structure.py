@@ -98,7 +98,18 @@ class Component:
 
 @dataclass(frozen=True, init=False)
 class Connection:
-    """An output that drives an input, each written ``component.variable``."""
+    """Let an output drive an input.
+
+    Parameters
+    ----------
+    source, target : str or Port
+        Output and input, each as ``component.variable``.
+
+    Raises
+    ------
+    SystemDefinitionError
+        If one is not written so.
+    """
 
     source: Port
     target: Port
@@ -114,6 +125,16 @@ class PowerBond:
 
     The input is driven by a connection. If the output in turn drives the component that the input comes from, the two
     connections exchange the power; if not, that component is taken to give it at the output's own value.
+
+    Parameters
+    ----------
+    input, output : str or Port
+        Of one component, each as ``component.variable``.
+
+    Raises
+    ------
+    SystemDefinitionError
+        If one is not written so, or they are of two components.
     """
 
     input: Port

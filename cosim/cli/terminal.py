@@ -184,10 +184,11 @@ def plain(text: str) -> str:
 
 
 def statement(coupling: CouplingReport) -> tuple[str, ...]:
-    """Say in sentences how a run was coupled; nothing for a run without connections."""
+    """Say in sentences how a run ended before its time, if it did, and how it was coupled, if there are connections."""
     if not coupling.connections:
-        return ()
+        return (*_ended(coupling),)
     sentences = [
+        *_ended(coupling),
         *(f"algebraic loop {loop}: {_closed(coupling)}{_guarded(loop, coupling)}" for loop in coupling.loops),
         *_iterations(coupling),
         *_error(coupling),
@@ -195,6 +196,15 @@ def statement(coupling: CouplingReport) -> tuple[str, ...]:
         *(_guard(name, span) for name, span in coupling.guards.items()),
     ]
     return tuple(sentences)
+
+
+def _ended(coupling: CouplingReport) -> list[str]:
+    """Say which component has ended the run."""
+    ended = coupling.ended
+    if ended is None:
+        return []
+    sentence = f"{ended['component']} asked to end the simulation at t = {format_time(ended['time'])} s"
+    return [f"{sentence}: {ended['reason']}" if ended["reason"] else sentence]
 
 
 def _closed(coupling: CouplingReport) -> str:

@@ -18,7 +18,7 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from cosim.errors import LoopError, SlaveError, format_time
+from cosim.errors import EndRequestError, LoopError, SlaveError, format_time
 from cosim.master.root_finding import (
     QuasiNewton,
     Residual,
@@ -252,6 +252,9 @@ class CoupledLoop:
         try:
             scaled, trials = solver.solve(residual, start / self._scale)
         except UnsolvedError as failure:
+            ends = [error for error in refusals if isinstance(error, EndRequestError)]
+            if ends:  # it ends where the others would lead it, whatever else was tried
+                raise ends[0] from None
             if refusals and not failure.best.answered:
                 raise refusals[0] from None
             raise self._explain(self, failure, row, time) from None

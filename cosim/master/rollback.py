@@ -106,6 +106,9 @@ class RollbackRun:
         tally, method = self._control.tally, self._method
         record: dict[str, Any] = {"steps": tally.steps, "step_loop": "python", "rejected": tally.rejected}
         record["step_loop_reason"] = "steps may be repeated"
+        end = self._grid.end
+        if self._control.end is not None:
+            record["ended"], end = self._control.end.record(), self._control.reached
         if method.implicit:
             record["iteration_tolerance"] = method.iteration_tolerance
             record["on_failure"] = method.on_failure
@@ -116,7 +119,7 @@ class RollbackRun:
             record["tolerance"] = method.tolerance
             record["error_estimate"] = {
                 "largest": tally.largest_error * method.tolerance,
-                "mean": tally.error_time * method.tolerance / (self._grid.end - self._grid.start_time),
+                "mean": tally.error_time * method.tolerance / ((end - self._grid.start_time) or 1.0),
                 "beyond_tolerance": tally.missed,
             }
         return record

@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cosim.errors import LoopError, SlaveError
+from cosim.errors import EndRequestError, LoopError, SlaveError
 from cosim.master.communication_points import Grid, Points, within
 from cosim.master.run import WindowRecord, window_size
 from cosim.master.stepper import Stepper, Taken
@@ -117,6 +117,15 @@ class StepControl:
         Estimates errors; without it, steps are kept if they can be taken.
     halves : bool
         Whether a step in which a loop has no solution is halved.
+
+    Attributes
+    ----------
+    tally : Tally
+        What has happened.
+    reached : float
+        The end of the last step that was kept, s.
+    end : EndRequestError, optional
+        What a component has asked for in a step that was not taken then, nor in smaller ones.
     """
 
     def __init__(
@@ -131,6 +140,8 @@ class StepControl:
         halves: bool,
     ) -> None:
         self.tally = Tally()
+        self.reached = grid.start_time
+        self.end: EndRequestError | None = None
         self._grid = grid
         self._stop_time = grid.end
         self._stepper = stepper
@@ -145,7 +156,7 @@ class StepControl:
         self._deepest = DEEPEST if error is None else DEEPEST - 1
 
     def windows(self) -> Iterator[Window]:
-        """Take all steps, and give each window when it is complete.
+        """Take all steps, or those before a component asks to end, and give each window when it is complete.
 
         Raises
         ------
@@ -155,13 +166,18 @@ class StepControl:
             If a component refuses a step.
         """
         size = window_size(self._grid.steps)
-        while self._interval < self._grid.steps:
+        while self._interval < self._grid.steps and self.end is None:
             first, last = self._interval, min(self._interval + size, self._grid.steps)
             points = self._grid.points(first, last)
             self._recording.begin(self.tally.steps, BEGIN, self._now(points))
-            while self._interval < last and self._recording.room >= _LEGS:
-                self._advance(points, self._interval - first)
-            yield self._recording.window()
+            while self._interval < last and self._recording.room >= _LEGS and self.end is None:
+                try:
+                    self._advance(points, self._interval - first)
+                except EndRequestError as end:
+                    self.end = end
+            window = self._recording.window()
+            if window.times.size > 1 or not window.first:
+                yield window
 
     @property
     def done(self) -> float:
@@ -249,6 +265,7 @@ class StepControl:
                 leg.end, leg.span.end, iterations=leg.taken.sweeps, error_estimate=error * self._tolerance
             )
             self.tally.count(leg.taken)
+            self.reached = leg.span.end
         self.tally.largest_error = max(self.tally.largest_error, error)
         self.tally.error_time += error * sum(leg.span.size for leg in legs)
         self.tally.missed += len(legs) if error > 1.0 else 0

@@ -80,6 +80,14 @@ class Initialisation(TypedDict):
     rounds: int
 
 
+class Ended(TypedDict):
+    """End that a component has asked for: which one, at what time [s], and why, as far as it has said."""
+
+    component: str
+    time: float
+    reason: str
+
+
 class Timings(TypedDict, total=False):
     """Wall-clock times of the parts of a run [s]."""
 
@@ -105,6 +113,7 @@ class CouplingReport:
     method: Mapping[str, Any]
     initialisation: Initialisation
     steps: int
+    ended: Ended | None = field(default=None, metadata=_OPTIONAL)
     step_loop: str
     rejected: int | None = field(default=None, metadata=_OPTIONAL)
     step_loop_reason: str | None = field(default=None, metadata=_OPTIONAL)

@@ -17,6 +17,7 @@ from cosim.master.coupled_loop import CoupledLoop, reporter
 from cosim.master.observation import find_guards
 from cosim.master.run import MOST_STEPS, Settling, Snapshot, WindowRecord, block_arrays
 from cosim.master.slave import Slave
+from cosim.master.state_trial import try_states
 from cosim.master.step_control import BEGIN, ROWS, ErrorEstimate, StepControl
 from cosim.master.stepper import Explicit, Implicit
 from cosim.master.wiring import Node, driven_inputs, wire
@@ -72,13 +73,22 @@ class RollbackRun:
         error = None
         if method.tolerance is not None:
             error = ErrorEstimate(repeated, method.tolerance, leads=method.implicit)
-        saved = [node for node in nodes if node.name in plan.saved]
+        self._saved = [node for node in nodes if node.name in plan.saved]
         halves = method.on_failure == "halve"
-        self._control = StepControl(grid, self._stepper, nodes, saved, recording, error, halves=halves)
+        self._control = StepControl(grid, self._stepper, nodes, self._saved, recording, error, halves=halves)
 
     def initialise(self) -> Settling:
-        """Initialise all components."""
-        return self._stepper.initialise(self._grid.start_time)
+        """Initialise all components, and try whether they can return to an earlier state.
+
+        Raises
+        ------
+        SystemDefinitionError
+            If one cannot that will have to.
+        """
+        settling = self._stepper.initialise(self._grid.start_time)
+        points = self._grid.points(0, 1)
+        try_states(self._saved, float(points.times[0]), float(points.sizes[0]))
+        return settling
 
     def windows(self) -> Iterator[Window]:
         """Take all steps."""

@@ -2,7 +2,8 @@
 
    Its name makes it behave as FMUs out there do: "resetting" puts parameters back in fmi2SetupExperiment, "forgetful"
    loses one while it initialises, "dividing" has u = 4 and refuses u = 0, "offering" has u_seen = 5, "strict" refuses a step beyond its stop time by any bit,
-   "ending" ends itself at fail_at, and "ending-mute" does so without telling when.
+   "forgetting" restores all of its state but the integral, "stateless" fails to restore any, "counting" counts all steps
+   that it has ever taken, "ending" ends itself at fail_at, and "ending-mute" does so without telling when.
 
    With a fail_status from 10 on it misbehaves, in the function that its parameter text names, or in fmi2DoStep. */
 #include <signal.h>
@@ -197,6 +198,10 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_ro
     self->integer[VR_N_NEXT] = self->integer[VR_N] + self->integer[VR_MODE];
     self->time = t + h;
     self->promised = no_rollback;
+    if (strcmp(self->name, "counting") == 0) {
+        static int steps = 0;
+        self->integer[VR_N_NEXT] = ++steps;
+    }
     return fmi2OK;
 }
 
@@ -213,7 +218,13 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
         say(self, fmi2Error, "it was promised not to go back to %g s", ((Probe *)s)->time);
         return fmi2Error;
     }
+    if (strcmp(self->name, "stateless") == 0) {
+        say(self, fmi2Error, "there is no way back to %g s", ((Probe *)s)->time);
+        return fmi2Error;
+    }
+    const double integral = self->real[VR_INTEGRAL];
     memcpy(self, s, sizeof(Probe));
+    if (strcmp(self->name, "forgetting") == 0) self->real[VR_INTEGRAL] = integral;
     return fmi2OK;
 }
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {

@@ -113,7 +113,9 @@ class Master:
         repeats = method.implicit or method.tolerance is not None
         self._slaves = slaves
         self._run = _run(repeats)(system, slaves, start_values, grid, method)
-        self._observation = Observation(system, descriptions, self._run.blocks, self._run.notes)
+        self._observation = Observation(
+            system, descriptions, self._run.blocks, self._run.notes, iterates=method.implicit
+        )
         self.columns = self._observation.columns
         self.steps = grid.steps
         self._record: dict[str, Any] = {

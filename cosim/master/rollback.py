@@ -23,11 +23,18 @@ from cosim.master.stepper import Explicit, Implicit
 from cosim.master.wiring import Node, driven_inputs, wire
 from cosim.recording.record import Block, Window, allocate_block, allocate_slopes, initial_value
 from cosim.system.compatibility import StartValues
-from cosim.system.dependency import SteppingGroup, feedthrough_loops, feedthrough_reach, stepping_groups, stepping_order
+from cosim.system.dependency import (
+    SteppingGroup,
+    feedthrough_loops,
+    feedthrough_reach,
+    moves,
+    stepping_groups,
+    stepping_order,
+)
 from cosim.system.description import Description, Variable
 from cosim.system.method import Method
 from cosim.system.signals import Value
-from cosim.system.structure import Connection, Port, System
+from cosim.system.structure import Port, System
 
 
 class RollbackRun:
@@ -68,11 +75,13 @@ class RollbackRun:
             if method.implicit
             else Explicit(repeated, last)
         )
-        self.notes = _notes(method)
-        recording = WindowRecord(self.blocks, self.notes, MOST_STEPS)
         error = None
         if method.tolerance is not None:
             error = ErrorEstimate(repeated, method.tolerance, leads=method.implicit)
+            self._not_estimated = error.not_estimated(nodes)
+        self._compares = error is not None and (error.compares or not system.connections)
+        self.notes = _notes(method, self._compares)
+        recording = WindowRecord(self.blocks, self.notes, MOST_STEPS)
         self._saved = [node for node in nodes if node.name in plan.saved]
         halves = method.on_failure == "halve"
         self._control = StepControl(grid, self._stepper, nodes, self._saved, recording, error, halves=halves)
@@ -127,10 +136,12 @@ class RollbackRun:
             record["unsolved"] = {**unsolved, "largest_residual": tally.largest_residual}
         if method.tolerance is not None:
             record["tolerance"] = method.tolerance
+            mean = tally.error_time * method.tolerance / ((end - self._grid.start_time) or 1.0)
             record["error_estimate"] = {
-                "largest": tally.largest_error * method.tolerance,
-                "mean": tally.error_time * method.tolerance / ((end - self._grid.start_time) or 1.0),
+                "largest": tally.largest_error * method.tolerance if self._compares else None,
+                "mean": mean if self._compares else None,
                 "beyond_tolerance": tally.missed,
+                "not_estimated": self._not_estimated,
             }
         return record
 
@@ -182,10 +193,10 @@ def _start_from_own_values(nodes: Iterable[Node]) -> None:
             channel.target.settle(BEGIN, initial_value(channel.target.variable, {}))
 
 
-def _notes(method: Method) -> dict[str, np.dtype[Any]]:
-    """Return what to record of each step."""
+def _notes(method: Method, compares: bool) -> dict[str, np.dtype[Any]]:
+    """Return what to record of each step; no error where nothing is compared that would tell one."""
     notes: dict[str, np.dtype[Any]] = {"iterations": np.dtype(np.int32)} if method.implicit else {}
-    return notes if method.tolerance is None else {**notes, "error_estimate": np.dtype(np.float64)}
+    return {**notes, "error_estimate": np.dtype(np.float64)} if compares else notes
 
 
 @dataclass(frozen=True)
@@ -219,7 +230,7 @@ def plan_rollback(system: System, descriptions: Mapping[str, Description], metho
         Naming the components that lack a capability, and what they lack it for.
     """
     if method.implicit:
-        continuous = [connection for connection in system.connections if _moves(connection, descriptions)]
+        continuous = [connection for connection in system.connections if moves(connection, descriptions)]
         groups = stepping_groups(system, descriptions, continuous)
     else:
         groups = tuple(SteppingGroup((name,), False) for name in stepping_order(system, descriptions, method.order))
@@ -239,12 +250,6 @@ def plan_rollback(system: System, descriptions: Mapping[str, Description], metho
     saved = tuple(name for group in groups for name in group.components if name not in last)
     _require_state(f"{why}, steps are taken back", saved, descriptions)
     return RollbackPlan(tuple(group for group in groups if group.components[0] not in last), last, saved)
-
-
-def _moves(connection: Connection, descriptions: Mapping[str, Description]) -> bool:
-    """Whether a connection passes what changes continuously."""
-    ends = (connection.source, connection.target)
-    return all(descriptions[port.component].by_name[port.variable].is_continuous for port in ends)
 
 
 def _require_state(what: str, names: Iterable[str], descriptions: Mapping[str, Description]) -> None:

@@ -328,6 +328,33 @@ class ErrorEstimate:
         """With which power of the step size the estimate goes to zero."""
         return min((watched.order for watched in self._watched if watched.waveform), default=2)
 
+    @property
+    def compares(self) -> bool:
+        """Whether there is anything to compare; if not, an estimate of 0 says nothing."""
+        return bool(self._watched)
+
+    def not_estimated(self, nodes: Iterable[Node]) -> dict[str, list[str]]:
+        """Name what the estimate says nothing of.
+
+        Parameters
+        ----------
+        nodes : iterable of Node
+            All components.
+
+        Returns
+        -------
+        dict
+            Under ``discrete``, outputs that are passed on and do not change continuously; under ``components``, those
+            that have outputs, of which none is passed on to where it would be compared.
+        """
+        parts = tuple(nodes)
+        passed = [channel for node in parts for channel in node.channels]
+        discrete = dict.fromkeys(str(channel.source) for channel in passed if not channel.continuous)
+        seen = {watched.channel.source.component for watched in self._watched}
+        seen |= {channel.source.component for channel in passed if not channel.continuous}
+        giving = [node.name for node in parts if node.slave.description.with_causality("output")]
+        return {"discrete": list(discrete), "components": [name for name in giving if name not in seen]}
+
     def estimate(self, size: float) -> float:
         """Return the greatest estimate for a step of a size [s], relative to the tolerance."""
         worst = 0.0

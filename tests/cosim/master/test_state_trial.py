@@ -1,4 +1,4 @@
-"""An FMU that declares that it can return to an earlier state, and cannot, is refused; an honest one notices nothing."""
+"""An FMU that declares that it can return to an earlier state, and cannot, is refused; others notice nothing."""
 
 from __future__ import annotations
 

@@ -244,7 +244,7 @@ class CoupledLoop:
                 step(scaled * self._scale)
             except SlaveError as error:
                 if error.status != _DISCARD:
-                    raise
+                    raise _end_of(error.component, refusals) or error from None
                 refusals.append(error)
                 return np.full(scaled.size, np.nan)
             return self._outputs(row) / self._scale - scaled
@@ -283,6 +283,12 @@ class CoupledLoop:
     def _outputs(self, row: int) -> FloatArray:
         """Return what the sources of the torn connections put out."""
         return np.array([channel.output(row) for channel in self.torn])
+
+
+def _end_of(component: str, refusals: Collection[SlaveError]) -> EndRequestError | None:
+    """Return the end that a component has asked for before, if it has: one that stays ended cannot be restored."""
+    ends = (error for error in refusals if isinstance(error, EndRequestError) and error.component == component)
+    return next(ends, None)
 
 
 _REMEDY = (

@@ -216,7 +216,7 @@ class StepControl:
         except (LoopError, SlaveError) as failure:
             if self._level == self._deepest or not self._recovers(failure):
                 raise
-            self._take_back(1)
+            self._take_back_after(failure)
             return 0
         if error > 1.0 and self._level < self._deepest:
             self._take_back(max(1, math.ceil(math.log2(error) / self._order)) if math.isfinite(error) else 1)
@@ -256,6 +256,15 @@ class StepControl:
             node.slave.restore(0)
         self._level = min(self._level + levels, self._deepest)
         self.tally.rejected += 1
+
+    def _take_back_after(self, failure: LoopError | SlaveError) -> None:
+        """Return to the beginning of a step that failed; an FMU that has ended, and stays so, has the last word."""
+        try:
+            self._take_back(1)
+        except SlaveError as error:
+            if isinstance(failure, EndRequestError) and error.component == failure.component:
+                raise failure from None
+            raise
 
     def _keep(self, legs: Sequence[_Leg], error: float) -> None:
         """Step what could not be taken back, and record."""

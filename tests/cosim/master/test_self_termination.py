@@ -11,7 +11,19 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from cosim import Component, Connection, Constant, Method, Scenario, SlaveError, System, co_simulate, simulate, stream
+from cosim import (
+    Component,
+    Connection,
+    Constant,
+    Method,
+    Result,
+    Scenario,
+    SlaveError,
+    System,
+    co_simulate,
+    simulate,
+    stream,
+)
 from cosim.cli.app import app
 from cosim.errors import EndRequestError
 from tests.cosim.fakes import FakeSlave, describe
@@ -129,10 +141,10 @@ class Ending(FakeSlave):
         return super().advance(size)
 
 
-def loop_of(ends: Callable[..., bool], **settings: Any):
+def loop_of(ends: Callable[..., bool], kind: type[Ending] = Ending, **settings: Any) -> Result:
     """Close x = t / 2 + y / 2, y = x: so x = t."""
     first = FakeSlave(lambda t, y: [t / 2 + y / 2], {"y": 0.0}, ("x",), name="first")
-    second = Ending(ends, lambda t, x: [x], inputs={"x": 0.0}, outputs=("y",), name="second")
+    second = kind(ends, lambda t, x: [x], inputs={"x": 0.0}, outputs=("y",), name="second")
     ends_of = [("first.x", "second.x"), ("second.y", "first.y")]
     system = System(
         (Component("first", "first.fmu"), Component("second", "second.fmu")),
@@ -158,6 +170,37 @@ def test_an_end_beside_a_jump_is_the_end_and_not_a_loop_without_a_solution() -> 
     result = loop_of(lambda t, x: x > 0.55)
     assert result.record["ended"]["component"] == "second"
     assert result.time[-1] == 0.5
+
+
+class Final(Ending):
+    """Ends itself, and cannot be brought back from there."""
+
+    ended = False
+
+    def advance(self, size: float) -> Sequence[float]:
+        self.ended = True
+        out = super().advance(size)
+        self.ended = False
+        return out
+
+    def restore(self, slot: int) -> None:
+        if self.ended:
+            raise SlaveError(self.name, self.time, "fmi2SetFMUstate", "fmi2Error", "it is over")
+        super().restore(slot)
+
+
+@pytest.mark.parametrize("settings", [{}, {"on_failure": "halve"}, {"tolerance": 0.5}], ids=str)
+def test_one_that_cannot_be_brought_back_from_its_end_ends_the_run_all_the_same(settings: dict[str, Any]) -> None:
+    for ends in (lambda t, x: t > 0.5, lambda t, x: x > 0.52):
+        result = loop_of(ends, Final, **settings)
+        assert result.record["ended"]["component"] == "second"
+        assert result.time[-1] == pytest.approx(0.5, abs=0.021)
+
+
+def test_an_end_in_a_later_trial_has_the_last_word_where_nothing_can_be_tried_after_it() -> None:
+    result = loop_of(lambda t, x: x > 0.1, Final)
+    assert result.record["ended"] == {"component": "second", "time": 0.0, "reason": "enough"}
+    assert result.time.tolist() == [0.0]
 
 
 def test_a_discarded_step_without_an_end_is_an_error_as_before(probe: Path) -> None:

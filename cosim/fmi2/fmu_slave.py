@@ -6,19 +6,21 @@ that a master may return to are kept by number.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
-from ctypes import byref, c_char, c_int, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_char, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import RunError, SlaveError
+from cosim.errors import EndRequestError, RunError, SlaveError
 from cosim.fmi2.functions import (
     ACCEPTED,
     CO_SIMULATION,
     DISCARD,
     ELEMENTS,
     FATAL,
+    LAST_SUCCESSFUL_TIME,
     TERMINATED,
     WARNING,
     SectionExchange,
@@ -140,8 +142,8 @@ class FmuSlave:
         """Do one step from the communication point `time` [s] of the communication step size `size` [s]."""
         self._time = time
         status = self._do_step(self._instance, time, size, self._no_rollback)
-        if status:
-            self._judge("fmi2DoStep", status)
+        if status and status != WARNING:
+            raise self.failure("fmi2DoStep", status, size)
         self._time = time + size
 
     def read(self, row: int) -> None:
@@ -162,12 +164,15 @@ class FmuSlave:
         """Take note of the time [s] that others have stepped the FMU to."""
         self._time = time
 
-    def failure(self, function: str, status: int) -> SlaveError:
-        """Return the exception that tells why a call failed, its status being worse than a warning."""
+    def failure(self, function: str, status: int, size: float = 0.0) -> SlaveError:
+        """Return the exception that tells why a call failed, its status being worse than a warning.
+
+        Of a step its size [s] is given, which bounds the time at which an FMU can say that it has ended.
+        """
         self._worst = max(self._worst, status)
         reason = self._journal.failure()
         if function == "fmi2DoStep" and status == DISCARD and self._asks_to_end():
-            reason = f"{reason}; the FMU asks to end the simulation".removeprefix("; ")
+            return EndRequestError(self.name, self._time, reason, self._last_successful_time(size))
         return SlaveError(self.name, self._time, function, status_name(status), reason)
 
     def save(self, slot: int) -> None:
@@ -272,6 +277,18 @@ class FmuSlave:
         """Tell whether a discarded step means that the FMU wants no more of them."""
         wanted = c_int()
         return self._call("GetBooleanStatus", TERMINATED, byref(wanted)) in ACCEPTED and bool(wanted.value)
+
+    def _last_successful_time(self, size: float) -> float:
+        """Return when the FMU ended within a step that it discarded (FMI 2.0.4, section 4.2.2), s.
+
+        One that does not tell, or tells a time outside the step, is taken to have ended where the step began. Many
+        keep a time of their own, which is off by rounding.
+        """
+        told = c_double(math.nan)
+        if self._call("GetRealStatus", LAST_SUCCESSFUL_TIME, byref(told)) not in ACCEPTED:
+            return self._time
+        end = min(max(told.value, self._time), self._time + size)
+        return end if abs(told.value - end) <= 1e-6 * size else self._time
 
 
 def _kind(variable: Variable) -> str:

@@ -17,8 +17,8 @@ from cosim.recording.record import Section, Slopes
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
 ACCEPTED = (OK, WARNING)
-TERMINATED = 3
-"""The fmi2StatusKind that tells whether the FMU wants to end."""
+LAST_SUCCESSFUL_TIME, TERMINATED = 2, 3
+"""The fmi2StatusKinds that tell, after a discarded step, how far the FMU came and whether it wants to end."""
 CO_SIMULATION = 1
 """The fmi2Type of an instance."""
 
@@ -43,6 +43,7 @@ _ARGUMENTS: Mapping[str, tuple[Any, ...]] = {
     "SetRealInputDerivatives": (_ADDRESS, c_size_t, _ADDRESS, _ADDRESS),
     "GetRealOutputDerivatives": (_ADDRESS, c_size_t, _ADDRESS, _ADDRESS),
     "GetDirectionalDerivative": (_ADDRESS, c_size_t, _ADDRESS, c_size_t, _ADDRESS, _ADDRESS),
+    "GetRealStatus": (c_int, _ADDRESS),
     "GetBooleanStatus": (c_int, _ADDRESS),
     **{f"{way}{kind}": (_ADDRESS, c_size_t, _ADDRESS) for kind in ELEMENTS for way in ("Get", "Set")},
 }

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from cosim.errors import format_time
+from cosim.errors import SlaveError, format_time
 from cosim.master.communication_points import Grid, communication_points
 from cosim.master.observation import Observation
 from cosim.master.run import Progress, Run, Snapshot
@@ -57,7 +57,8 @@ def co_simulate(
     Returns
     -------
     Result
-        Values after initialisation and at the end of each step.
+        Values after initialisation and at the end of each step. Where a component has asked to end the simulation,
+        they go up to the last communication point that all have reached, and the record's ``ended`` tells of it.
 
     Raises
     ------
@@ -112,7 +113,9 @@ class Master:
         repeats = method.implicit or method.tolerance is not None
         self._slaves = slaves
         self._run = _run(repeats)(system, slaves, start_values, grid, method)
-        self._observation = Observation(system, descriptions, self._run.blocks, self._run.notes)
+        self._observation = Observation(
+            system, descriptions, self._run.blocks, self._run.notes, iterates=method.implicit
+        )
         self.columns = self._observation.columns
         self.steps = grid.steps
         self._record: dict[str, Any] = {
@@ -206,9 +209,15 @@ class Master:
 
     def end(self) -> dict[str, Any]:
         """Terminate all components, and return what is to be told of the run."""
+        account = self.account()
         for name in self._run.order:
-            self._slaves[name].terminate()
-        return self.account()
+            try:
+                self._slaves[name].terminate()
+            except SlaveError as error:
+                if account.get("ended", {}).get("component") != name:
+                    raise
+                log.warning("%s", error)  # it has ended itself before
+        return account
 
     def account(self) -> dict[str, Any]:
         """Return what is to be told of the run so far."""

@@ -17,7 +17,7 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from cosim.errors import LoopError, SlaveError, format_time
+from cosim.errors import EndRequestError, LoopError, SlaveError, format_time
 from cosim.master.root_finding import (
     QuasiNewton,
     Residual,
@@ -243,7 +243,7 @@ class CoupledLoop:
                 step(scaled * self._scale)
             except SlaveError as error:
                 if error.status != _DISCARD:
-                    raise
+                    raise _end_of(error.component, refusals) or error from None
                 refusals.append(error)
                 return np.full(scaled.size, np.nan)
             return self._outputs(row) / self._scale - scaled
@@ -251,6 +251,9 @@ class CoupledLoop:
         try:
             scaled, trials = solver.solve(residual, start / self._scale)
         except UnsolvedError as failure:
+            ends = [error for error in refusals if isinstance(error, EndRequestError)]
+            if ends:  # it ends where the others would lead it, whatever else was tried
+                raise ends[0] from None
             if refusals and not failure.best.answered:
                 raise refusals[0] from None
             raise self._explain(self, failure, row, time) from None
@@ -279,6 +282,12 @@ class CoupledLoop:
     def _outputs(self, row: int) -> FloatArray:
         """Return what the sources of the torn connections put out."""
         return np.array([channel.output(row) for channel in self.torn])
+
+
+def _end_of(component: str, refusals: Collection[SlaveError]) -> EndRequestError | None:
+    """Return the end that a component has asked for before, if it has: one that stays ended cannot be restored."""
+    ends = (error for error in refusals if isinstance(error, EndRequestError) and error.component == component)
+    return next(ends, None)
 
 
 _REMEDY = (

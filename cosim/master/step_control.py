@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cosim.errors import LoopError, SlaveError
+from cosim.errors import EndRequestError, LoopError, SlaveError
 from cosim.master.communication_points import Grid, Points, within
 from cosim.master.run import WindowRecord, window_size
 from cosim.master.stepper import Stepper, Taken
@@ -115,6 +115,15 @@ class StepControl:
         Estimates errors; without it, steps are kept if they can be taken.
     halves : bool
         Whether a step in which a loop has no solution is halved.
+
+    Attributes
+    ----------
+    tally : Tally
+        What has happened.
+    reached : float
+        The end of the last step that was kept, s.
+    end : EndRequestError, optional
+        What a component has asked for in a step that was not taken then, nor in smaller ones.
     """
 
     def __init__(
@@ -129,6 +138,8 @@ class StepControl:
         halves: bool,
     ) -> None:
         self.tally = Tally()
+        self.reached = grid.start_time
+        self.end: EndRequestError | None = None
         self._grid = grid
         self._stop_time = grid.end
         self._stepper = stepper
@@ -143,7 +154,7 @@ class StepControl:
         self._deepest = DEEPEST if error is None else DEEPEST - 1
 
     def windows(self) -> Iterator[Window]:
-        """Take all steps, and give each window when it is complete.
+        """Take all steps, or those before a component asks to end, and give each window when it is complete.
 
         Raises
         ------
@@ -153,13 +164,18 @@ class StepControl:
             If a component refuses a step.
         """
         size = window_size(self._grid.steps)
-        while self._interval < self._grid.steps:
+        while self._interval < self._grid.steps and self.end is None:
             first, last = self._interval, min(self._interval + size, self._grid.steps)
             points = self._grid.points(first, last)
             self._recording.begin(self.tally.steps, BEGIN, self._now(points))
-            while self._interval < last and self._recording.room >= _LEGS:
-                self._advance(points, self._interval - first)
-            yield self._recording.window()
+            while self._interval < last and self._recording.room >= _LEGS and self.end is None:
+                try:
+                    self._advance(points, self._interval - first)
+                except EndRequestError as end:
+                    self.end = end
+            window = self._recording.window()
+            if window.times.size > 1 or not window.first:
+                yield window
 
     @property
     def done(self) -> float:
@@ -198,7 +214,7 @@ class StepControl:
         except (LoopError, SlaveError) as failure:
             if self._level == self._deepest or not self._recovers(failure):
                 raise
-            self._take_back(1)
+            self._take_back_after(failure)
             return 0
         if error > 1.0 and self._level < self._deepest:
             self._take_back(max(1, math.ceil(math.log2(error) / self._order)) if math.isfinite(error) else 1)
@@ -239,6 +255,15 @@ class StepControl:
         self._level = min(self._level + levels, self._deepest)
         self.tally.rejected += 1
 
+    def _take_back_after(self, failure: LoopError | SlaveError) -> None:
+        """Return to the beginning of a step that failed; an FMU that has ended, and stays so, has the last word."""
+        try:
+            self._take_back(1)
+        except SlaveError as error:
+            if isinstance(failure, EndRequestError) and error.component == failure.component:
+                raise failure from None
+            raise
+
     def _keep(self, legs: Sequence[_Leg], error: float) -> None:
         """Step what could not be taken back, and record."""
         for leg in legs:
@@ -247,6 +272,7 @@ class StepControl:
                 leg.end, leg.span.end, iterations=leg.taken.sweeps, error_estimate=error * self._tolerance
             )
             self.tally.count(leg.taken)
+            self.reached = leg.span.end
         self.tally.largest_error = max(self.tally.largest_error, error)
         self.tally.error_time += error * sum(leg.span.size for leg in legs)
         self.tally.missed += len(legs) if error > 1.0 else 0
@@ -308,6 +334,33 @@ class ErrorEstimate:
     def order(self) -> int:
         """With which power of the step size the estimate goes to zero."""
         return min((watched.order for watched in self._watched if watched.waveform), default=2)
+
+    @property
+    def compares(self) -> bool:
+        """Whether there is anything to compare; if not, an estimate of 0 says nothing."""
+        return bool(self._watched)
+
+    def not_estimated(self, nodes: Iterable[Node]) -> dict[str, list[str]]:
+        """Name what the estimate says nothing of.
+
+        Parameters
+        ----------
+        nodes : iterable of Node
+            All components.
+
+        Returns
+        -------
+        dict
+            Under ``discrete``, outputs that are passed on and do not change continuously; under ``components``, those
+            that have outputs, of which none is passed on to where it would be compared.
+        """
+        parts = tuple(nodes)
+        passed = [channel for node in parts for channel in node.channels]
+        discrete = dict.fromkeys(str(channel.source) for channel in passed if not channel.continuous)
+        seen = {watched.channel.source.component for watched in self._watched}
+        seen |= {channel.source.component for channel in passed if not channel.continuous}
+        giving = [node.name for node in parts if node.slave.description.with_causality("output")]
+        return {"discrete": list(discrete), "components": [name for name in giving if name not in seen]}
 
     def estimate(self, size: float) -> float:
         """Return the greatest estimate for a step of a size [s], relative to the tolerance."""

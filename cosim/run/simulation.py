@@ -53,7 +53,8 @@ def simulate(
     Returns
     -------
     Result
-        Every input and output of every component: ``result["plant.bit_speed"]`` over ``result.time``.
+        Every input and output of every component: ``result["plant.bit_speed"]`` over ``result.time``. Where a component
+        has asked to end the simulation, its record's ``ended`` tells which, when and why.
 
     Raises
     ------

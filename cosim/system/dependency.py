@@ -147,6 +147,12 @@ def stepping_order(
     return tuple(given)
 
 
+def moves(connection: Connection, descriptions: Mapping[str, Description]) -> bool:
+    """Whether a connection passes what changes continuously, which alone can be iterated and extrapolated."""
+    ends = (connection.source, connection.target)
+    return all(descriptions[port.component].by_name[port.variable].is_continuous for port in ends)
+
+
 def _variable_edges(system: System, descriptions: Mapping[str, Description], initially: bool) -> _Edges[Port]:
     """Lead from each connected output to the inputs it drives, and from those to the outputs they feed through to."""
     leads: dict[Port, set[Port]] = {}

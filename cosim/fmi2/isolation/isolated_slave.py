@@ -6,6 +6,7 @@ A step is one request and one reply: the inputs written before it go with it, an
 from __future__ import annotations
 
 import logging
+import math
 import mmap
 import tempfile
 from collections.abc import Generator, Mapping
@@ -13,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import FmuFileError, LostSlaveError, RunError, SlaveError, format_time
+from cosim.errors import EndRequestError, FmuFileError, LostSlaveError, RunError, SlaveError, format_time
 from cosim.fmi2.isolation.process import IsolatedProcess, Limits, ProcessLostError, Reply
 from cosim.fmi2.isolation.protocol import Operation, shape_of, shared_block, shared_size
 from cosim.recording.record import BASE_TYPES, Block
@@ -161,6 +162,10 @@ class IsolatedSlave:
         except RunError as error:
             logging.getLogger("cosim").warning("%s", error)
 
+    def _told_time(self, told: object) -> float:
+        """Return a time that the process has told, s; the present one in place of nonsense."""
+        return told if isinstance(told, float) and math.isfinite(told) else self._time
+
     def _handed_over(self, path: Path) -> bytes:
         """Read a file that the process has written: a plain one of bounded size, as nothing it says is believed."""
         try:
@@ -189,6 +194,8 @@ class IsolatedSlave:
         if not reply.failed:
             return
         error = reply.content.get("error", {})
+        if "end" in error:
+            raise EndRequestError(self.name, self._time, str(error.get("message", "")), self._told_time(error["end"]))
         if "function" in error:
             what = (str(error[key]) for key in ("function", "status", "message"))
             raise SlaveError(self.name, self._time, *what)

@@ -17,7 +17,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import CosimError, FmuFileError, SlaveError
+from cosim.errors import CosimError, EndRequestError, FmuFileError, SlaveError
 from cosim.fmi2.fmu_slave import FmuSlave, open_fmu
 from cosim.fmi2.isolation.protocol import HEADER, REPLY, REQUEST, Operation, block_of, receive, send, shared_block
 from cosim.fmi2.model_description import read_description
@@ -159,6 +159,8 @@ class Worker:
 
 def _as_content(error: CosimError) -> dict[str, Any]:
     """Write an error so that the master can raise its like."""
+    if isinstance(error, EndRequestError):
+        return {"end": error.end, "message": error.message[:_LONGEST_MESSAGE]}
     if isinstance(error, SlaveError):
         return {"function": error.function, "status": error.status, "message": error.message[:_LONGEST_MESSAGE]}
     return {"text": str(error)[: 10 * _LONGEST_MESSAGE], "file": isinstance(error, FmuFileError)}

@@ -1,7 +1,9 @@
 /* A minimal FMI 2.0 co-simulation FMU that shows what a master did to it.
 
    Its name makes it behave as FMUs out there do: "resetting" puts parameters back in fmi2SetupExperiment, "forgetful"
-   loses one while it initialises, "dividing" has u = 4 and refuses u = 0, "offering" has u_seen = 5, "strict" refuses a step beyond its stop time by any bit.
+   loses one while it initialises, "dividing" has u = 4 and refuses u = 0, "offering" has u_seen = 5, "strict" refuses a step beyond its stop time by any bit,
+   "forgetting" restores all of its state but the integral, "stateless" fails to restore any, "counting" counts all steps
+   that it has ever taken, "ending" ends itself at fail_at, and "ending-mute" does so without telling when.
 
    With a fail_status from 10 on it misbehaves, in the function that its parameter text names, or in fmi2DoStep. */
 #include <signal.h>
@@ -24,6 +26,7 @@ typedef struct {
     double time;
     double stop;
     int promised; /* not to go back */
+    int ended;
 } Probe;
 
 #define SELF Probe *self = (Probe *)c
@@ -175,6 +178,12 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_ro
         say(self, fmi2Error, "a step beyond the stop time, by %g s", t + h - self->stop);
         return fmi2Error;
     }
+    if (strncmp(self->name, "ending", 6) == 0 && t + h > self->real[VR_FAIL_AT] + 1e-9) {
+        self->ended = 1;
+        self->time = self->real[VR_FAIL_AT];
+        say(self, fmi2Discard, "nothing is left to drill at %g s", self->time);
+        return fmi2Discard;
+    }
     if (t >= self->real[VR_FAIL_AT]) {
         misbehave(self, "step");
         fmi2Status status = self->real[VR_FAIL_STATUS] < SEGFAULT ? (fmi2Status)self->real[VR_FAIL_STATUS]
@@ -189,6 +198,10 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_ro
     self->integer[VR_N_NEXT] = self->integer[VR_N] + self->integer[VR_MODE];
     self->time = t + h;
     self->promised = no_rollback;
+    if (strcmp(self->name, "counting") == 0) {
+        static int steps = 0;
+        self->integer[VR_N_NEXT] = ++steps;
+    }
     return fmi2OK;
 }
 
@@ -205,7 +218,13 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
         say(self, fmi2Error, "it was promised not to go back to %g s", ((Probe *)s)->time);
         return fmi2Error;
     }
+    if (strcmp(self->name, "stateless") == 0) {
+        say(self, fmi2Error, "there is no way back to %g s", ((Probe *)s)->time);
+        return fmi2Error;
+    }
+    const double integral = self->real[VR_INTEGRAL];
     memcpy(self, s, sizeof(Probe));
+    if (strcmp(self->name, "forgetting") == 0) self->real[VR_INTEGRAL] = integral;
     return fmi2OK;
 }
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {
@@ -225,11 +244,16 @@ UNUSED(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueReference v
        fmi2Real v[])
 UNUSED(fmi2CancelStep, fmi2Component c)
 UNUSED(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
-UNUSED(fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind k, fmi2Real *v)
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *v) {
+    SELF;
+    if (k != fmi2LastSuccessfulTime || strcmp(self->name, "ending-mute") == 0) return fmi2Discard;
+    *v = self->time;
+    return fmi2OK;
+}
 UNUSED(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v) {
-    (void)c; (void)k;
-    *v = fmi2False;
+    SELF;
+    *v = k == fmi2Terminated && self->ended;
     return fmi2OK;
 }
 UNUSED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)

@@ -23,6 +23,7 @@ from cosim.master.slave import Slave
 from cosim.recording.result import Result, RowMemory, Rows
 from cosim.system.compatibility import StartValues, check_system
 from cosim.system.dependency import feedthrough_loops
+from cosim.system.field_units import in_declared_units
 from cosim.system.method import Method
 from cosim.system.structure import System
 
@@ -107,6 +108,7 @@ class Master:
     ) -> None:
         method = method or Method()
         descriptions = {name: slave.description for name, slave in slaves.items()}
+        system = in_declared_units(system, descriptions)
         start_values = check_system(system, descriptions)
         grid = _grid(system, slaves, start_time, stop_time, step_size)
         repeats = method.implicit or method.tolerance is not None

@@ -20,6 +20,7 @@ from cosim.run.options import RunOptions
 from cosim.run.report import CouplingReport, RunReport, versions
 from cosim.scenario.scenario import Scenario
 from cosim.system.description import Description, Variable
+from cosim.system.field_units import in_declared_units
 from cosim.system.signals import Value
 from cosim.system.structure import System
 
@@ -74,6 +75,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
     paths = {part.name: locate_fmu(part.fmu, options.packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
     _tell_flaws(paths, descriptions)
+    system = in_declared_units(system, descriptions)
     isolated = _apart(paths, _isolated(system, options.isolate))
     _refuse_twins(paths, {name: known for name, known in descriptions.items() if name not in isolated})
     began = time.perf_counter()

@@ -14,8 +14,9 @@ from typing import Any, cast
 from cosim.errors import InputError, ScenarioError, suggestion
 from cosim.scenario.scenario import Scenario, Variant
 from cosim.system.method import Method
-from cosim.system.signals import Constant, Ramp, Signal, Step, Table, Value, ramp, read_table, table_of_points
+from cosim.system.signals import Constant, Ramp, Signal, Step, Table, Value, ramp, table_of_points
 from cosim.system.structure import Component, Connection, PowerBond, System
+from cosim.system.table_file import GAPS, read_table
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 
@@ -169,10 +170,13 @@ def opened_scenario(source: str, stop_time: float | None = None, step_size: floa
         yield loaded
 
 
+_OF_POINTS = ("unit", "factor")
+_OF_FILES = ("column", "time", "separator", "decimal", "gaps")
+
 _SIGNAL_KEYS = {
     Step.kind: Step.parts(),
     Ramp.kind: Ramp.parts(),
-    Table.kind: ("points", "file", "column"),
+    Table.kind: ("points", "file", *_OF_POINTS, *_OF_FILES),
 }
 
 
@@ -219,14 +223,27 @@ def _points(table: TomlTable, folder: Path) -> Signal:
     """Build a table from points in place or from a CSV file beside the scenario."""
     if ("points" in table) == ("file" in table):
         raise ScenarioError("expected either points or file")
+    factor = table.number("factor") if "factor" in table else None
     if "file" in table:
-        return read_table(folder / table.text("file"), table.text("column", "") or None)
+        return read_table(
+            folder / table.text("file"),
+            table.text("column", "") or None,
+            time=table.text("time", "") or None,
+            unit=table.text("unit") if "unit" in table else None,
+            factor=factor,
+            separator=table.text("separator") if "separator" in table else None,
+            decimal=table.text("decimal", "."),
+            gaps=table.text("gaps", GAPS[0]),
+        )
+    for key in _OF_FILES:
+        if key in table:
+            raise ScenarioError(f"{key} is for a file; expected points without it")
     points: list[list[float]] = []
     for point in table.array("points"):
         if not isinstance(point, list) or not all(isinstance(x, int | float) for x in cast(list[object], point)):
             raise ScenarioError(f"points hold {point!r}; expected pairs of numbers, time and value")
         points.append(cast(list[float], point))
-    return table_of_points(points)
+    return table_of_points(points, table.text("unit", ""), 1.0 if factor is None else factor)
 
 
 class TomlTable:

@@ -7,11 +7,9 @@ breakpoints communication points where the FMUs allow it.
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -174,12 +172,15 @@ class Table(Signal):
         Times of the points, s, not decreasing, none more than twice.
     points : tuple of float
         Values there, as many.
+    unit : str
+        What they are in, if not in the unit of the input; see `cosim.system.field_units.in_declared_units`.
     """
 
     kind: ClassVar[str] = "table"
 
     times: tuple[float, ...]
     points: tuple[float, ...]
+    unit: str = ""
     _times: FloatArray = field(init=False, repr=False, compare=False)
     _points: FloatArray = field(init=False, repr=False, compare=False)
 
@@ -194,6 +195,11 @@ class Table(Signal):
         object.__setattr__(self, "_times", times)
         object.__setattr__(self, "_points", points)
 
+    def record(self) -> dict[str, Any]:
+        """Return its kind, its points, and their unit if it is not that of the input."""
+        told: dict[str, Any] = {"kind": self.kind, "times": self.times, "points": self.points}
+        return {**told, "unit": self.unit} if self.unit else told
+
     @property
     def is_level(self) -> bool:
         """Whether all points between jumps are equal."""
@@ -201,7 +207,9 @@ class Table(Signal):
 
     @property
     def change(self) -> Change | None:
-        """A ramp, where two points make one."""
+        """A ramp, where two points make one, in the unit of the input."""
+        if self.unit:
+            return None
         match self:
             case Table((begin, end), (initial, final)) if end > begin:
                 return initial, final, begin, _duration(begin, end)
@@ -316,50 +324,11 @@ def ramp(initial: float, final: float, start: float, duration: float) -> Step | 
     return Ramp(initial, final, start, duration)
 
 
-def read_table(path: Path, column: str | None = None) -> Table:
-    """Read a table from a CSV file whose first line names the columns and whose first column is the time in seconds.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    column : str, optional
-        Name of the column that holds the values; by default the second one.
-
-    Raises
-    ------
-    ScenarioError
-        If the file cannot be read, lacks the column, or holds something that is not a number.
-    """
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.reader(file) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ScenarioError(f"table {path}: cannot be read: {error}") from error
-    header = [name.strip() for name in rows[0]] if rows else []
-    if len(header) < 2:
-        raise ScenarioError(f"table {path}: the first line must name at least two columns, the time first")
-    if column is not None and column not in header[1:]:
-        raise ScenarioError(f"table {path}: there is no column '{column}'; known: {', '.join(header[1:])}")
-    index = 1 if column is None else header.index(column, 1)
-    times = tuple(_number(path, line, row, 0) for line, row in enumerate(rows[1:], 2))
-    return Table(times, tuple(_number(path, line, row, index) for line, row in enumerate(rows[1:], 2)))
-
-
-def table_of_points(points: Sequence[Sequence[float]]) -> Table:
-    """Build a table from pairs of time [s] and value."""
+def table_of_points(points: Sequence[Sequence[float]], unit: str = "", factor: float = 1.0) -> Table:
+    """Build a table from pairs of time [s] and value, which is multiplied by a factor, and then is in a unit."""
     if any(len(point) != 2 for point in points):
         raise ScenarioError("table: every point must be a pair of time and value")
-    return Table(tuple(float(point[0]) for point in points), tuple(float(point[1]) for point in points))
-
-
-def _number(path: Path, line: int, row: list[str], index: int) -> float:
-    """Read one cell of a CSV file."""
-    try:
-        return float(row[index])
-    except (IndexError, ValueError):
-        cell = row[index] if index < len(row) else "nothing"
-        raise ScenarioError(f"table {path}, line {line}: '{cell}' is not a number") from None
+    return Table(tuple(float(point[0]) for point in points), tuple(factor * float(point[1]) for point in points), unit)
 
 
 def _require_finite(what: str, **numbers: float) -> None:

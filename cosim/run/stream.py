@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import json
 import logging
+import os
+import shutil
 import signal
 import threading
 import time
@@ -28,6 +30,7 @@ from cosim.run.assembly import Assembly, assembled
 from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.options import INTERVAL, OptionKeywords, RunOptions, Streaming, chosen
 from cosim.run.report import plain
+from cosim.run.run_folder import make_folders, remove_empty
 from cosim.run.store import Store, create_csv, csv_file, decimate, reopen_csv
 from cosim.run.zarr_store import TRAJECTORY, create_zarr, reopen_zarr, require_zarr
 from cosim.scenario.scenario import Scenario
@@ -144,17 +147,25 @@ class _StreamedRun:
     def begin(self) -> None:
         """Initialise the components and begin to store."""
         self.master.begin()
+        made: list[Path] = []
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
+            made = make_folders(Path(os.path.realpath(self.folder)))
+            self._store = self._new_store()
         except OSError as error:
             raise OutputError(f"output folder {self.folder} cannot be written: {error.strerror or error}") from error
+        except CosimError:
+            shutil.rmtree(self.folder / TRAJECTORY, ignore_errors=True)
+            remove_empty(made)
+            raise
+
+    def _new_store(self) -> Store:
+        """Begin to store."""
         if self._csv:
-            self._store = create_csv(self.folder, self._chosen)
-        else:
-            source = f"drillstring-cosim {self._assembly.provenance['versions']['drillstring-cosim']}"
-            head = {"title": self._title, "source": source, "created": datetime.now(UTC).isoformat(timespec="seconds")}
-            attributes = {**head, "state": "running", **self._assembly.provenance, **self.master.plan}
-            self._store = create_zarr(self.folder / TRAJECTORY, self._chosen, plain(attributes))
+            return create_csv(self.folder, self._chosen)
+        source = f"drillstring-cosim {self._assembly.provenance['versions']['drillstring-cosim']}"
+        head = {"title": self._title, "source": source, "created": datetime.now(UTC).isoformat(timespec="seconds")}
+        attributes = {**head, "state": "running", **self._assembly.provenance, **self.master.plan}
+        return create_zarr(self.folder / TRAJECTORY, self._chosen, plain(attributes))
 
     def go_on(self, saved: Snapshot) -> None:
         """Go on from a checkpoint."""

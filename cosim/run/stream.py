@@ -33,6 +33,7 @@ from cosim.run.report import plain
 from cosim.run.run_folder import make_folders, remove_empty
 from cosim.run.store import Store, create_csv, csv_file, decimate, reopen_csv
 from cosim.run.zarr_store import TRAJECTORY, create_zarr, reopen_zarr, require_zarr
+from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
 
 log = logging.getLogger("cosim")
@@ -41,7 +42,7 @@ CHECKPOINT = "checkpoint.npz"
 
 
 def stream(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     folder: str | Path,
     *,
     every: Mapping[str, int] | None = None,
@@ -59,8 +60,8 @@ def stream(
 
     Parameters
     ----------
-    scenario : Scenario
-        From `cosim.load_scenario`, or made in Python.
+    scenario : Scenario, str or Path
+        From `cosim.load_scenario`, or made in Python; or the name of one, or the path of a .toml or .ssp file.
     folder : str or Path
         Where to write: ``trajectory.zarr``, which `open_trajectory` and xarray read, and until the run is complete
         ``checkpoint.npz``. Made if need be; must hold neither.
@@ -97,7 +98,9 @@ def stream(
         If the run was interrupted. It is a KeyboardInterrupt.
     """
     streaming = Streaming(every or {}, csv, checkpoint_interval)
-    return run_streamed(scenario, chosen(options, keywords), streaming, Path(folder), resume=resume, progress=progress)
+    choice = chosen(options, keywords)
+    with opened_scenario(scenario, choice.stop_time, choice.step_size) as opened:
+        return run_streamed(opened, choice, streaming, Path(folder), resume=resume, progress=progress)
 
 
 def run_streamed(

@@ -20,6 +20,7 @@ from cosim.system.table_file import GAPS, read_table
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 
+_LONGEST_PATH = 1024
 _KEYS = (
     "title", "description", "start_time", "stop_time", "step_size", "algorithm", "order", "tolerance", "on_failure",
     "iteration_tolerance", "components", "connections", "inputs", "guards", "power_bonds", "variants", "figure",
@@ -47,6 +48,11 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
         If its components and connections contradict each other.
     """
     path = Path(name_or_path)
+    if path.suffix == ".ssp":
+        raise ScenarioError(
+            f"{path}: the FMUs of an .ssp file are unpacked for as long as it is run; expected it to be given to "
+            "simulate or stream by its path"
+        )
     if path.suffix != ".toml":
         path = SCENARIOS / f"{name_or_path}.toml"
         if str(name_or_path) not in scenario_names():
@@ -54,7 +60,7 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
             hint = hint or "; a file name must end in .toml or .ssp"
             raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise ScenarioError(f"{path}: there is no such file") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -135,7 +141,9 @@ def _variant(content: object, folder: Path) -> Variant:
 
 def _value(content: object, where: str, folder: Path) -> Value:
     """Take a plain value, or the path of a file written ``{ file = "..." }``, relative to the scenario."""
-    if isinstance(content, bool | int | float | str):
+    if isinstance(content, str):
+        return _beside(content, folder)
+    if isinstance(content, bool | int | float):
         return content
     if not isinstance(content, dict):
         raise ScenarioError(f"{where} is {content!r}; expected a number, true, false, a string or {{ file = ... }}")
@@ -145,14 +153,24 @@ def _value(content: object, where: str, folder: Path) -> Value:
     return str(path)
 
 
+def _beside(text: str, folder: Path) -> str:
+    """Return the full path where a string is that of a file beside the scenario, as it stands, else the string."""
+    if not Path(text).suffix or len(text) > _LONGEST_PATH or "\0" in text:
+        return text
+    path = folder / text
+    return str(path) if path.is_file() else text
+
+
 @contextmanager
-def opened_scenario(source: str, stop_time: float | None = None, step_size: float | None = None) -> Generator[Scenario]:
+def opened_scenario(
+    source: Scenario | str | Path, stop_time: float | None = None, step_size: float | None = None
+) -> Generator[Scenario]:
     """Load a scenario for as long as it is needed.
 
     Parameters
     ----------
-    source : str
-        A name such as ``"stick-slip"``, or the path of a .toml or .ssp file.
+    source : Scenario, str or Path
+        A name such as ``"stick-slip"``, or the path of a .toml or .ssp file; a scenario is taken as it is.
     stop_time, step_size : float, optional
         In s; for .ssp files that do not give them.
 
@@ -161,6 +179,11 @@ def opened_scenario(source: str, stop_time: float | None = None, step_size: floa
     InputError
         If there is none, or it cannot be understood.
     """
+    if isinstance(source, Scenario):
+        yield source
+        return
+    if not isinstance(cast(object, source), str | Path):
+        raise ScenarioError(f"scenario is {source!r}; expected a Scenario, or a name or path of one")
     if Path(source).suffix != ".ssp":
         yield load_scenario(source)
         return

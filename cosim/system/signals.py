@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,12 @@ FloatArray = NDArray[np.float64]
 
 Change = tuple[float, float, float, float]
 """Initial value, final value, start [s] and duration [s]."""
+
+
+def plain_value(value: Any) -> Any:
+    """Return a number or Boolean of NumPy, or an array of one alone, as what Python has for it; else what is given."""
+    single = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and cast(Any, value).ndim == 0)
+    return cast(Any, value).item() if single else cast(Any, value)
 
 
 class Signal(Protocol):
@@ -91,6 +97,9 @@ class Constant(Signal):
 
     value: Level
 
+    def __post_init__(self) -> None:
+        _take_plain(self, "value")
+
     @property
     def levels(self) -> tuple[Level, ...]:
         """The value."""
@@ -130,6 +139,7 @@ class Step(Signal):
     at: float
 
     def __post_init__(self) -> None:
+        _take_plain(self, "before", "after", "at")
         _require_finite("step", at=self.at)
         if isinstance(self.before, bool) is not isinstance(self.after, bool):
             raise ScenarioError(f"step: before is {self.before!r} and after is {self.after!r}; expected the same type")
@@ -185,6 +195,8 @@ class Table(Signal):
     _points: FloatArray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        for name in ("times", "points"):
+            object.__setattr__(self, name, tuple(map(plain_value, getattr(self, name))))
         times, points = np.array(self.times, dtype=float), np.array(self.points, dtype=float)
         if times.shape != points.shape or times.size == 0:
             raise ScenarioError(f"table: {points.size} values at {times.size} times; expected as many and at least one")
@@ -261,6 +273,7 @@ class Ramp(Signal):
     _line: Table = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        _take_plain(self, "initial", "final", "start", "duration")
         _require_finite("ramp", initial=self.initial, final=self.final, start=self.start, duration=self.duration)
         if self.duration < 0:
             raise ScenarioError(f"ramp: duration is {self.duration:g} s; expected a number >= 0")
@@ -329,6 +342,12 @@ def table_of_points(points: Sequence[Sequence[float]], unit: str = "", factor: f
     if any(len(point) != 2 for point in points):
         raise ScenarioError("table: every point must be a pair of time and value")
     return Table(tuple(float(point[0]) for point in points), tuple(factor * float(point[1]) for point in points), unit)
+
+
+def _take_plain(signal: Signal, *names: str) -> None:
+    """Let attributes be numbers of Python."""
+    for name in names:
+        object.__setattr__(signal, name, plain_value(getattr(signal, name)))
 
 
 def _require_finite(what: str, **numbers: float) -> None:

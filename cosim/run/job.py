@@ -21,6 +21,7 @@ from cosim.drilling import reporting
 from cosim.errors import CheckpointError, CosimError, OutputError, RunInterruptedError
 from cosim.master.run import Progress
 from cosim.recording.result import Result
+from cosim.run.assembly import refuse_unfit_variants
 from cosim.run.options import RunOptions, Streaming
 from cosim.run.report import MANIFEST, Manifest, RunReport, VariantReport, undamaged
 from cosim.run.run_folder import make_folders, refuse_occupied, remove_empty, run_folder
@@ -127,6 +128,8 @@ def run_job(job: Job, folder: Path, progress: JobProgress) -> Manifest:
     """
     for name in job.variants:
         job.scenario.variant(name)
+    if len(job.labels) > 1:
+        refuse_unfit_variants(job.scenario, job.labels, job.options.packaging)
     sink, manifest = _sink(job, folder), Manifest.begun(job.scenario, job.to_json())
     with sink.opened(manifest) as place:
         return _complete(job, sink, place, manifest, progress)

@@ -215,3 +215,22 @@ def test_a_table_takes_units_gaps_and_names_of_columns(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace('unit = "rpm"', 'gaps = "hold"'))
     with pytest.raises(ScenarioError, match=r"inputs\.plant\.Omega: gaps is for a file"):
         load_scenario(path)
+
+
+def test_a_string_that_names_a_file_beside_the_scenario_is_its_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "program.csv").write_text("time,speed,WOB\n0,10,1e5\n")
+    (tmp_path / "mine" / "printed").touch()
+    path = tmp_path / "mine" / "program.toml"
+    path.write_text(
+        "stop_time = 1\nstep_size = 1\n[components.program]\nfmu = 'DrillingProgram'\n"
+        "parameters = { table = 'program.csv', form = 'printed', other = 'absent.csv' }\n"
+        "[[variants]]\nname = 'one'\nset = { 'program.table' = 'program.csv' }\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    scenario = load_scenario(path)
+    full = str(tmp_path / "mine" / "program.csv")
+    assert dict(scenario.system.components[0].parameters) == {"table": full, "form": "printed", "other": "absent.csv"}
+    assert dict(scenario.variants[0].values) == {"program.table": full}

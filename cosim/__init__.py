@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
     from cosim.system.method import Method
-    from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp, read_table
+    from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp
     from cosim.system.structure import Component, Connection, PowerBond, System
+    from cosim.system.table_file import read_table
 
     __version__: str
 
@@ -81,7 +82,7 @@ _HOMES = {
     "load_scenario": "cosim.scenario.file",
     "open_trajectory": "cosim.run.zarr_store",
     "ramp": "cosim.system.signals",
-    "read_table": "cosim.system.signals",
+    "read_table": "cosim.system.table_file",
     "scenario_names": "cosim.scenario.file",
     "simulate": "cosim.run.simulation",
     "stream": "cosim.run.stream",

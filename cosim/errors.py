@@ -47,6 +47,14 @@ class MissingPackageError(InputError):
     """A package that is not installed, and is needed for what was asked for only."""
 
 
+class UnknownNameError(InputError, KeyError):
+    """A name that nothing was recorded by; it is a KeyError, as of any mapping."""
+
+    def __str__(self) -> str:
+        """Return the sentence, which a KeyError would quote."""
+        return Exception.__str__(self)
+
+
 class OutputError(InputError):
     """A folder that results cannot be written to."""
 

@@ -94,7 +94,10 @@ def list_scenarios() -> None:
     """List the scenarios that come with the package."""
     from cosim.scenario.file import load_scenario, scenario_names
 
-    table = Table("scenario", "what it shows", "variants", box=None, pad_edge=False, header_style="bold")
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("scenario", no_wrap=True)  # to be typed as it stands, on a narrow terminal too
+    for heading in ("what it shows", "variants"):
+        table.add_column(heading, overflow="fold")
     with sentences():
         for name in scenario_names():
             scenario = load_scenario(name)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cosim.run.report import CouplingReport, EnergyResidual, GuardSpan, Manifest, NotEstimated, NotIterated
 
 _WIDTH_OF_FILES = 120
+_WIDE = 10_000
 _INTERRUPTED = 130
 
 
@@ -106,10 +107,24 @@ def print_manifest(manifest: Manifest, folder: Path) -> None:
     """Show what came of a run, and what was written where."""
     console = new_console()
     console.print(Text(manifest.title or manifest.scenario, style="bold"))
-    console.print(_summary(manifest))
+    _print_summary(console, manifest)
     _print_remarks(console, manifest)
     for name in manifest.files:
         console.print(Text(f"wrote {folder / name}"), soft_wrap=True)
+
+
+def _print_summary(console: Console, manifest: Manifest) -> None:
+    """Show the measures as a table or, where that is too wide for the terminal, one by one: numbers are never cut."""
+    from cosim.drilling import reporting
+
+    table = _summary(manifest)
+    if console.measure(table, options=console.options.update(width=_WIDE)).maximum <= console.width:
+        console.print(table)
+        return
+    for variant in manifest.variants:
+        console.print(Text(variant.label, style="bold"), soft_wrap=True)
+        for heading, cell in zip(reporting.headings(), variant.findings.cells(), strict=True):
+            console.print(Text(f"  {heading}: {cell}"), soft_wrap=True)
 
 
 def _summary(manifest: Manifest) -> Table:
@@ -131,7 +146,7 @@ def _print_remarks(console: Console, manifest: Manifest) -> None:
         coupling = variant.run.coupling
         seconds = coupling.timings.get("step", 0.0)
         size = f"{'at most ' if coupling.tolerance is not None else ''}{coupling.step_size:g} s"
-        took = f"{coupling.steps} steps of {size} ({coupling.algorithm}) in {seconds:.3g} s"
+        took = f"{_count(coupling.steps, 'step')} of {size} ({coupling.algorithm}) in {seconds:.3g} s"
         for sentence in (f"{variant.findings.sentence()}; {took}", *statement(coupling)):
             console.print(Text(f"{variant.label}: {sentence}", style="dim"), soft_wrap=True)
 
@@ -154,7 +169,7 @@ class SentenceHandler(logging.Handler):
         super().__init__(logging.WARNING)
         self._console = console
         self._failures: list[logging.LogRecord] = []
-        self._shown: set[str] = set()
+        self._shown: set[tuple[str, str]] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show a message, or hold it back."""
@@ -170,12 +185,14 @@ class SentenceHandler(logging.Handler):
 
     def _show(self, record: logging.LogRecord) -> None:
         """Write one sentence; what an FMU says again when a step is repeated is written once."""
-        instance = f"{record.name.removeprefix(_FMU)}: " if record.name.startswith(_FMU) else ""
+        name, message = record.name.removeprefix(_FMU), plain(record.getMessage())
+        said = message.startswith((f"{name} at t = ", f"{name}: "))
+        instance = f"{name}: " if record.name.startswith(_FMU) and not said else ""
+        is_new = not record.name.startswith(_FMU) or (name, message) not in self._shown
         level = "warning" if record.levelno < logging.ERROR else "error"
-        sentence = f"{instance}{plain(record.getMessage())}"
-        if not instance or sentence not in self._shown:
-            self._console.print(Text.assemble((f"{level}: ", "bold yellow"), sentence))
-        self._shown.add(sentence)
+        if is_new:
+            self._console.print(Text.assemble((f"{level}: ", "bold yellow"), f"{instance}{message}"))
+        self._shown.add((name, message))
 
 
 def plain(text: str) -> str:
@@ -224,7 +241,7 @@ def _closed(loop: str, coupling: CouplingReport) -> str:
     if not unsolved["steps"] or first is None:
         return f"closed in every step, {accuracy}"
     return (
-        f"not closed in {unsolved['steps']} of {coupling.steps} steps, first at t = "
+        f"not closed in {unsolved['steps']} of {_count(coupling.steps, 'step')}, first at t = "
         f"{format_time(first)} s, by {unsolved['largest_residual']:.3g} at most; in the others {accuracy}"
     )
 
@@ -258,7 +275,9 @@ def _iterations(coupling: CouplingReport) -> list[str]:
     found = coupling.iterations
     if found is None:
         return []
-    return [f"components of a loop were stepped {found['mean']:.2f} times a step, at most {found['most']} times"]
+    return [
+        f"components of a loop were stepped {found['mean']:.2f} times a step, at most {_count(found['most'], 'time')}"
+    ]
 
 
 def _error(coupling: CouplingReport) -> list[str]:
@@ -276,7 +295,8 @@ def _error(coupling: CouplingReport) -> list[str]:
         )
     text += f"; {', '.join([f'tolerance {coupling.tolerance:g}', *rejected])}"
     if found["beyond_tolerance"]:
-        text += f"; {found['beyond_tolerance']} of {coupling.steps} steps beyond the tolerance at the smallest size"
+        steps = _count(coupling.steps, "step")
+        text += f"; {found['beyond_tolerance']} of {steps} beyond the tolerance at the smallest size"
     return [text, *_not_estimated(found["not_estimated"])]
 
 

@@ -8,6 +8,7 @@ stepping, so the master either passes on values that are old, or takes a step ag
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
@@ -23,6 +24,7 @@ from cosim.master.slave import Slave
 from cosim.recording.result import Result, RowMemory, Rows
 from cosim.system.compatibility import StartValues, check_system
 from cosim.system.dependency import feedthrough_loops
+from cosim.system.field_units import in_declared_units
 from cosim.system.method import Method
 from cosim.system.structure import System
 
@@ -108,7 +110,9 @@ class Master:
     ) -> None:
         method = method or Method()
         descriptions = {name: slave.description for name, slave in slaves.items()}
+        system = in_declared_units(system, descriptions)
         start_values = check_system(system, descriptions)
+        step_size = _within_run(slaves, start_time, stop_time, step_size)
         grid = _grid(system, slaves, start_time, stop_time, step_size)
         repeats = method.implicit or method.tolerance is not None
         self._slaves = slaves
@@ -236,6 +240,15 @@ def collect_rows(master: Master, progress: Progress | None = None) -> Result:
 def _state(component: str) -> str:
     """Return the name of a component's state in a snapshot."""
     return f"state {component}"
+
+
+def _within_run(slaves: Mapping[str, Slave], start_time: float, stop_time: float, step_size: float) -> float:
+    """Return a step size that is not longer than the run, and say so where it was; FMUs of fixed step get theirs."""
+    duration = stop_time - start_time
+    if not 0.0 < duration < step_size < math.inf or not all(s.description.can_vary_step for s in slaves.values()):
+        return step_size
+    log.warning("step size is %g s, which is longer than the run; it is run in one step of %g s", step_size, duration)
+    return duration
 
 
 def _grid(system: System, slaves: Mapping[str, Slave], start_time: float, stop_time: float, step_size: float) -> Grid:

@@ -136,14 +136,15 @@ def communication_points(
     count = round((stop_time - start_time) / step_size)
     tolerance = _SAME * step_size
     overshoot = start_time + count * step_size - stop_time
-    if abs(overshoot) > tolerance:
+    apart_from_end = abs(overshoot) > tolerance or count == 0
+    if apart_from_end:
         if not can_vary_step:
             raise InputError(
                 f"stop time {stop_time:g} s is not a whole number of steps of {step_size:g} s after "
                 f"{start_time:g} s, as FMUs with a fixed step need"
             )
         count -= overshoot > 0
-    ragged = [stop_time] if abs(overshoot) > tolerance else []
+    ragged = [stop_time] if apart_from_end else []
     end = stop_time if ragged else start_time + count * step_size
     inside = np.array(sorted({time for time in breakpoints if start_time < time < end - tolerance}), dtype=np.float64)
     nearest = np.rint((inside - start_time) / step_size).astype(np.int64)
@@ -173,3 +174,5 @@ def _check_times(start_time: float, stop_time: float, step_size: float) -> None:
         raise InputError(f"step size is {step_size:g} s; expected a number > 0")
     if stop_time <= start_time:
         raise InputError(f"stop time is {stop_time:g} s; expected a time after the start, {format_time(start_time)} s")
+    if stop_time - step_size == stop_time or start_time + step_size == start_time:
+        raise InputError(f"step size is {step_size:g} s; expected one that tells times near {stop_time:g} s apart")

@@ -12,18 +12,22 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import InputError, RunError, suggestion
+from cosim.errors import RunError, UnknownNameError, suggestion
 from cosim.system.signals import FloatArray
 
+_TIMES = "time"
 
-@dataclass(frozen=True)
-class Result:
-    """Trajectories on the communication points.
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result(Mapping[str, NDArray[Any]]):
+    """Trajectories on the communication points; a mapping of names, first of them ``time``, to arrays.
+
+    Two are equal if all names, units and values are, whatever their records tell.
 
     Row k is what holds at the end of the step that leads to ``time[k]``: outputs there, and inputs in force until then.
     Row 0 is the state after initialisation.
@@ -55,17 +59,48 @@ class Result:
 
         Raises
         ------
-        InputError
+        UnknownNameError
             If nothing of that name was recorded.
         """
-        if name == "time":
+        if name == _TIMES:
             return self.time
+        if not isinstance(cast(object, name), str):
+            raise UnknownNameError(f"{name!r} is no name of what was recorded; expected one such as '{_TIMES}'")
         if name not in self.columns:
-            raise InputError(f"'{name}' was not recorded{suggestion(name, self.columns)}")
+            raise UnknownNameError(f"'{name}' was not recorded{suggestion(name, self.columns)}")
         return self.columns[name]
 
     def __contains__(self, name: object) -> bool:
-        return name in self.columns
+        return name == _TIMES or name in self.columns
+
+    def __iter__(self) -> Iterator[str]:
+        yield _TIMES
+        yield from self.columns
+
+    def __len__(self) -> int:
+        return 1 + len(self.columns)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Result):
+            return NotImplemented
+        if self.names != other.names or dict(self.units) != dict(other.units):
+            return False
+        return all(
+            self[name].dtype == other[name].dtype
+            and np.array_equal(self[name], other[name], equal_nan=_has_nan(self[name]))
+            for name in self
+        )
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType]  # as of any mapping
+
+    def __repr__(self) -> str:
+        span = f", {self.time[0]:g} s to {self.time[-1]:g} s" if self.time.size else ""
+        what = self.record.get("variant") or self.record.get("scenario")
+        return f"<Result{f' of {what}' if what else ''}: {len(self.columns)} columns, {self.time.size} points{span}>"
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Return what a copy is made from."""
+        return _read_only, (self.time, dict(self.columns), dict(self.units), dict(self.record))
 
     def to_csv(self, path: str | Path) -> None:
         """Write all trajectories: first column ``time``, then ``component.variable``.
@@ -75,6 +110,20 @@ class Result:
         with Path(path).open("w", encoding="utf-8", newline="\n") as file:
             file.write(header(self.columns))
             file.writelines(lines(self.time, *self.columns.values()))
+
+
+def _has_nan(values: NDArray[Any]) -> bool:
+    """Tell whether values are of a type that has NaN."""
+    return values.dtype.kind == "f"
+
+
+def _read_only(
+    times: FloatArray, columns: dict[str, NDArray[Any]], units: dict[str, str], record: Mapping[str, Any]
+) -> Result:
+    """Return a result that can be read but not changed."""
+    for array in (times, *columns.values()):
+        array.flags.writeable = False
+    return Result(times, MappingProxyType(columns), MappingProxyType(units), MappingProxyType(dict(record)))
 
 
 def header(names: Iterable[str]) -> str:
@@ -175,10 +224,7 @@ class RowMemory:
         """Return what has been taken, which can be read but not changed, with what is to be told of the run."""
         times = self._times[: self._filled]
         values = {name: column[: self._filled] for name, column in self._values.items()}
-        for array in (times, *values.values()):
-            array.flags.writeable = False
-        units = {column.name: column.unit for column in self._columns}
-        return Result(times, MappingProxyType(values), MappingProxyType(units), MappingProxyType(dict(record)))
+        return _read_only(times, values, {column.name: column.unit for column in self._columns}, record)
 
     def _grow(self, rows: int) -> None:
         """Make room for more rows."""
@@ -188,7 +234,6 @@ class RowMemory:
 
 SECONDS = 60.0
 """The time that is kept at least, s; measures look at the last 20 s, or at a period if that is longer."""
-_TIMES = "time"
 
 
 class Tail:

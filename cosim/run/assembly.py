@@ -5,13 +5,13 @@ from __future__ import annotations
 import hashlib
 import logging
 import time
-from collections.abc import Collection, Generator, Mapping
+from collections.abc import Collection, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import SystemDefinitionError, suggestion
+from cosim.errors import ScenarioError, SystemDefinitionError, suggestion
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
 from cosim.master.co_simulation import Master
@@ -19,7 +19,9 @@ from cosim.master.slave import Slave
 from cosim.run.options import RunOptions
 from cosim.run.report import CouplingReport, RunReport, versions
 from cosim.scenario.scenario import Scenario
+from cosim.system.compatibility import start_values
 from cosim.system.description import Description, Variable
+from cosim.system.field_units import in_declared_units
 from cosim.system.signals import Value
 from cosim.system.structure import System
 
@@ -74,6 +76,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
     paths = {part.name: locate_fmu(part.fmu, options.packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
     _tell_flaws(paths, descriptions)
+    system = in_declared_units(system, descriptions)
     isolated = _apart(paths, _isolated(system, options.isolate))
     _refuse_twins(paths, {name: known for name, known in descriptions.items() if name not in isolated})
     began = time.perf_counter()
@@ -91,6 +94,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             start_time=scenario.start_time,
             method=method,
         )
+        _refuse_unrecorded(scenario, [column.name for column in master.columns])
         provenance = {
             "scenario": scenario.name,
             "variant": variant.name if variant else None,
@@ -101,6 +105,29 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             "versions": versions(),
         }
         yield Assembly(master, descriptions, provenance, loading)
+
+
+def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: str) -> None:
+    """Refuse values of variants that do not fit, those of the last as well, before the first is run."""
+    from cosim.fmi2.model_description import read_description  # with fmpy, which importing this module does without
+
+    known: dict[Path, Description] = {}
+    for variant in (each for each in scenario.variants if each.name in labels):
+        for part in scenario.system_of(variant).components:
+            given = {name: value for name, value in part.parameters.items() if f"{part.name}.{name}" in variant.values}
+            path = locate_fmu(part.fmu, packaging, scenario.folder)
+            if path not in known:
+                known[path] = read_description(path)
+            start_values(replace(part, parameters=given), known[path])
+
+
+def _refuse_unrecorded(scenario: Scenario, names: Sequence[str]) -> None:
+    """Refuse a figure of what is not recorded."""
+    for signal in scenario.signals:
+        if signal not in names:
+            raise ScenarioError(
+                f"{scenario.name}: figure.signals: '{signal}' is not recorded{suggestion(signal, names)}"
+            )
 
 
 def _opened(name: str, path: Path, description: Description, limits: Limits | None) -> AbstractContextManager[Slave]:

@@ -7,6 +7,8 @@ variants are complete. An unfinished job is resumed from the folder alone.
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -16,12 +18,13 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from cosim.drilling import reporting
-from cosim.errors import CheckpointError, InputError, OutputError, RunInterruptedError
+from cosim.errors import CheckpointError, CosimError, OutputError, RunInterruptedError
 from cosim.master.run import Progress
 from cosim.recording.result import Result
+from cosim.run.assembly import refuse_unfit_variants
 from cosim.run.options import RunOptions, Streaming
-from cosim.run.report import MANIFEST, Manifest, RunReport, VariantReport
-from cosim.run.run_folder import refuse_occupied, run_folder
+from cosim.run.report import MANIFEST, Manifest, RunReport, VariantReport, undamaged
+from cosim.run.run_folder import make_folders, refuse_occupied, remove_empty, run_folder
 from cosim.run.simulation import run
 from cosim.run.store import csv_file
 from cosim.run.stream import CHECKPOINT, run_streamed
@@ -64,6 +67,11 @@ class Job:
         names = [variant.name for variant in self.scenario.variants]
         return tuple(self.variants) or tuple(names) or (self.scenario.name,)
 
+    @property
+    def subfolders(self) -> tuple[str, ...]:
+        """Name the folder of each label within that of the job: its own, if there are several."""
+        return self.labels if len(self.labels) > 1 else ("",)
+
     def options_of(self, label: str) -> RunOptions:
         """Return the options for one of the labels."""
         return replace(self.options, variant=label if self.scenario.variants else None)
@@ -82,12 +90,13 @@ class Job:
 
 
 @contextmanager
-def _opened_job(content: Mapping[str, Any]) -> Generator[Job]:
+def _opened_job(content: Mapping[str, Any], folder: Path) -> Generator[Job]:
     """Read back what `Job.to_json` returned, and load the scenario for as long as it is needed."""
-    options = RunOptions.from_json(content["choices"])
-    with opened_scenario(content["source"], options.stop_time, options.step_size) as scenario:
-        streaming = Streaming.from_json(content["streaming"])
-        yield Job(scenario, options, tuple(content["variants"]), streaming, content["source"])
+    with undamaged(folder):
+        options, streaming = RunOptions.from_json(content["choices"]), Streaming.from_json(content["streaming"])
+        source, variants = str(content["source"]), tuple(map(str, content["variants"]))
+    with opened_scenario(source, options.stop_time, options.step_size) as scenario:
+        yield Job(scenario, options, variants, streaming, source)
 
 
 def run_job(job: Job, folder: Path, progress: JobProgress) -> Manifest:
@@ -119,6 +128,8 @@ def run_job(job: Job, folder: Path, progress: JobProgress) -> Manifest:
     """
     for name in job.variants:
         job.scenario.variant(name)
+    if len(job.labels) > 1:
+        refuse_unfit_variants(job.scenario, job.labels, job.options.packaging)
     sink, manifest = _sink(job, folder), Manifest.begun(job.scenario, job.to_json())
     with sink.opened(manifest) as place:
         return _complete(job, sink, place, manifest, progress)
@@ -146,7 +157,7 @@ def resume_job(folder: Path, started: Callable[[Job], None], progress: JobProgre
     manifest = Manifest.read(folder)
     if manifest is None or manifest.job is None:
         raise CheckpointError(f"{folder} holds no unfinished run")
-    with _opened_job(manifest.job) as job:
+    with _opened_job(manifest.job, folder) as job:
         started(job)
         return _complete(job, _sink(job, folder), folder, manifest, progress)
 
@@ -156,10 +167,9 @@ def _complete(job: Job, sink: _Sink, folder: Path, manifest: Manifest, progress:
     title, signals = job.scenario.title or job.scenario.name, job.scenario.signals
     complete = {variant.label for variant in manifest.variants}
     results: dict[str, Result] = {}
-    for label in job.labels:
+    for label, subfolder in zip(job.labels, map(Path, job.subfolders), strict=True):
         if label in complete:
             continue
-        subfolder = Path(label if len(job.labels) > 1 else "")
         result = sink.run(job.scenario, job.options_of(label), folder / subfolder, partial(progress, label))
         trajectory, figure = (subfolder / sink.trajectory).as_posix(), None
         if sink.keeps_results:
@@ -204,7 +214,7 @@ class _Sink(Protocol):
 
 def _sink(job: Job, folder: Path) -> _Sink:
     """Return the sink that a job asks for."""
-    return _MemorySink(folder) if job.streaming is None else _DiskSink(folder, job.streaming)
+    return _MemorySink(folder, job.subfolders) if job.streaming is None else _DiskSink(folder, job.streaming)
 
 
 @dataclass(frozen=True)
@@ -212,13 +222,15 @@ class _MemorySink:
     """A sink that keeps rows, and writes them when a variant is complete."""
 
     folder: Path
+    subfolders: tuple[str, ...]
     trajectory: str = csv_file(Path(), 1).name
     keeps_results: bool = True
 
     def opened(self, manifest: Manifest) -> AbstractContextManager[Path]:
         """Give a draft that takes the folder's name if all goes well."""
         del manifest
-        return run_folder(self.folder)
+        rows = ((Path(name) / self.trajectory).as_posix() for name in self.subfolders)
+        return run_folder(self.folder, [MANIFEST, FIGURE, *rows])
 
     def run(self, scenario: Scenario, options: RunOptions, place: Path, progress: Progress) -> Result:
         """Run a variant and write its rows."""
@@ -243,19 +255,21 @@ class _DiskSink:
 
     @contextmanager
     def opened(self, manifest: Manifest) -> Generator[Path]:
-        """Make the folder, with a manifest to resume from; a run that is refused before any row leaves nothing."""
+        """Make the folder, with a manifest to resume from; a run that ends before any row leaves nothing."""
         refuse_occupied(self.folder)
+        place, made = Path(os.path.realpath(self.folder)), list[Path]()
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            manifest.write(self.folder)
+            made = make_folders(place)
+            manifest.write(place)
         except OSError as error:
+            remove_empty(made)
             raise OutputError(f"output folder {self.folder} cannot be written: {error.strerror or error}") from error
         try:
             yield self.folder
-        except InputError:
-            if [path.name for path in self.folder.iterdir()] == [MANIFEST]:
-                (self.folder / MANIFEST).unlink()
-                self.folder.rmdir()
+        except CosimError:
+            if not any(path.is_file() for path in place.rglob("*") if path != place / MANIFEST):
+                (place / MANIFEST).unlink(missing_ok=True)
+                remove_empty([*(path for path in place.iterdir() if path.is_dir()), *made])
             raise
 
     def run(self, scenario: Scenario, options: RunOptions, place: Path, progress: Progress) -> Result:
@@ -275,4 +289,5 @@ def _clear(place: Path) -> None:
     """Remove what a run has left that ended before its first checkpoint."""
     shutil.rmtree(place / TRAJECTORY, ignore_errors=True)
     for path in place.glob("trajectory*.csv"):
-        path.unlink()
+        if re.fullmatch(r"trajectory(_\d+)?\.csv", path.name):
+            path.unlink()

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, TypedDict
+from typing import Any, TypedDict, cast
 
+from cosim.errors import InputError
 from cosim.fmi2.isolation import Limits
 from cosim.scenario.scenario import Scenario
 from cosim.system.method import Method
-from cosim.system.signals import Value
+from cosim.system.signals import Value, plain_value
 
 INTERVAL = 30.0
 """Seconds between checkpoints."""
@@ -67,6 +68,18 @@ class RunOptions:
     variant: str | None = None
     isolate: bool | Collection[str] = False
     limits: Limits | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("tolerance", "step_size", "stop_time"):
+            object.__setattr__(self, name, plain_value(getattr(self, name)))
+        if self.overrides is not None and not isinstance(cast(object, self.overrides), Mapping):
+            raise InputError(
+                f"overrides is {self.overrides!r}; expected a mapping by component.variable, such as "
+                '{"plant.WOB": 6e4}'
+            )
+        if self.overrides is not None:
+            plain = {name: plain_value(value) for name, value in self.overrides.items()}
+            object.__setattr__(self, "overrides", plain)
 
     def method(self, scenario: Scenario) -> Method:
         """Return the scenario's method with the settings given here; raises InputError if they make no sense."""

@@ -12,12 +12,13 @@ import os
 import platform
 import subprocess
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
@@ -30,6 +31,8 @@ MANIFEST = "manifest.json"
 FORMAT = "cosim-run-1"
 UNFINISHED = "unfinished"
 """State of a run that can be resumed."""
+_FILES = ("trajectory", "figure")
+"""Keys of files in the entry of a variant."""
 _OPTIONAL = {"optional": True}
 """Of a field that is left out where it does not apply."""
 
@@ -313,14 +316,40 @@ class Manifest:
         Raises
         ------
         OutputError
-            If there is a manifest that cannot be read.
+            If there is a manifest that cannot be read, or is damaged.
         """
         content = read_content(folder)
         if content is None or content.get("state") != UNFINISHED:
             return None
-        variants = tuple(VariantReport.from_json(entry, content) for entry in content["variants"])
-        head = {name: content[name] for name in ("scenario", "title", "created", "versions", "commit", "job")}
-        return cls(**head, variants=variants)
+        with undamaged(folder):
+            variants = tuple(VariantReport.from_json(entry, content) for entry in content["variants"])
+            head = {name: content[name] for name in ("scenario", "title", "created", "versions", "commit", "job")}
+            return cls(**head, variants=variants)
+
+
+@contextmanager
+def undamaged(folder: Path) -> Generator[None]:
+    """Say in a sentence that what a manifest tells is not as it was written."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise OutputError(f"output folder {folder}: {MANIFEST} is damaged: {what}") from error
+
+
+def written_files(content: Mapping[str, Any]) -> set[str]:
+    """Return what a manifest says was written, within its folder; whatever leads out of it is left alone."""
+    told: list[Any] = content["variants"] if isinstance(content.get("variants"), list) else []
+    entries = [cast(Mapping[str, Any], entry) for entry in told if isinstance(entry, dict)]
+    names: list[object] = [content.get("figure"), *(entry.get(key) for entry in entries for key in _FILES)]
+    found = [PurePosixPath(name) for name in names if isinstance(name, str) and name]
+    return {MANIFEST, *(name.as_posix() for name in found if not name.is_absolute() and ".." not in name.parts)}
+
+
+def was_streamed(content: Mapping[str, Any]) -> bool:
+    """Tell from a manifest whether its run was streamed: such a run has a figure for each variant."""
+    told: list[Any] = content["variants"] if isinstance(content.get("variants"), list) else []
+    return any(isinstance(entry, dict) and "figure" in entry for entry in told)
 
 
 def write_content(folder: Path, content: Mapping[str, Any]) -> None:

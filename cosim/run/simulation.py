@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Unpack
 
 from cosim.master.co_simulation import collect_rows
@@ -10,11 +11,12 @@ from cosim.master.run import Progress
 from cosim.recording.result import Result
 from cosim.run.assembly import assembled
 from cosim.run.options import OptionKeywords, RunOptions, chosen
+from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
 
 
 def simulate(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     *,
     options: RunOptions | None = None,
     progress: Progress | None = None,
@@ -24,8 +26,8 @@ def simulate(
 
     Parameters
     ----------
-    scenario : Scenario
-        From `cosim.load_scenario`, or made in Python.
+    scenario : Scenario, str or Path
+        From `cosim.load_scenario`, or made in Python; or the name of one, or the path of a .toml or .ssp file.
     options : RunOptions, optional
         How to run it.
     progress : callable, optional
@@ -63,7 +65,9 @@ def simulate(
     RunError
         If a component fails on the way.
     """
-    return run(scenario, chosen(options, keywords), progress)
+    choice = chosen(options, keywords)
+    with opened_scenario(scenario, choice.stop_time, choice.step_size) as opened:
+        return run(opened, choice, progress)
 
 
 def run(scenario: Scenario, options: RunOptions, progress: Progress | None = None) -> Result:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import json
 import logging
+import os
+import shutil
 import signal
 import threading
 import time
@@ -28,8 +30,10 @@ from cosim.run.assembly import Assembly, assembled
 from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.options import INTERVAL, OptionKeywords, RunOptions, Streaming, chosen
 from cosim.run.report import plain
+from cosim.run.run_folder import make_folders, remove_empty
 from cosim.run.store import Store, create_csv, csv_file, decimate, reopen_csv
 from cosim.run.zarr_store import TRAJECTORY, create_zarr, reopen_zarr, require_zarr
+from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
 
 log = logging.getLogger("cosim")
@@ -38,7 +42,7 @@ CHECKPOINT = "checkpoint.npz"
 
 
 def stream(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     folder: str | Path,
     *,
     every: Mapping[str, int] | None = None,
@@ -56,8 +60,8 @@ def stream(
 
     Parameters
     ----------
-    scenario : Scenario
-        From `cosim.load_scenario`, or made in Python.
+    scenario : Scenario, str or Path
+        From `cosim.load_scenario`, or made in Python; or the name of one, or the path of a .toml or .ssp file.
     folder : str or Path
         Where to write: ``trajectory.zarr``, which `open_trajectory` and xarray read, and until the run is complete
         ``checkpoint.npz``. Made if need be; must hold neither.
@@ -94,7 +98,9 @@ def stream(
         If the run was interrupted. It is a KeyboardInterrupt.
     """
     streaming = Streaming(every or {}, csv, checkpoint_interval)
-    return run_streamed(scenario, chosen(options, keywords), streaming, Path(folder), resume=resume, progress=progress)
+    choice = chosen(options, keywords)
+    with opened_scenario(scenario, choice.stop_time, choice.step_size) as opened:
+        return run_streamed(opened, choice, streaming, Path(folder), resume=resume, progress=progress)
 
 
 def run_streamed(
@@ -144,17 +150,25 @@ class _StreamedRun:
     def begin(self) -> None:
         """Initialise the components and begin to store."""
         self.master.begin()
+        made: list[Path] = []
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
+            made = make_folders(Path(os.path.realpath(self.folder)))
+            self._store = self._new_store()
         except OSError as error:
             raise OutputError(f"output folder {self.folder} cannot be written: {error.strerror or error}") from error
+        except CosimError:
+            shutil.rmtree(self.folder / TRAJECTORY, ignore_errors=True)
+            remove_empty(made)
+            raise
+
+    def _new_store(self) -> Store:
+        """Begin to store."""
         if self._csv:
-            self._store = create_csv(self.folder, self._chosen)
-        else:
-            source = f"drillstring-cosim {self._assembly.provenance['versions']['drillstring-cosim']}"
-            head = {"title": self._title, "source": source, "created": datetime.now(UTC).isoformat(timespec="seconds")}
-            attributes = {**head, "state": "running", **self._assembly.provenance, **self.master.plan}
-            self._store = create_zarr(self.folder / TRAJECTORY, self._chosen, plain(attributes))
+            return create_csv(self.folder, self._chosen)
+        source = f"drillstring-cosim {self._assembly.provenance['versions']['drillstring-cosim']}"
+        head = {"title": self._title, "source": source, "created": datetime.now(UTC).isoformat(timespec="seconds")}
+        attributes = {**head, "state": "running", **self._assembly.provenance, **self.master.plan}
+        return create_zarr(self.folder / TRAJECTORY, self._chosen, plain(attributes))
 
     def go_on(self, saved: Snapshot) -> None:
         """Go on from a checkpoint."""

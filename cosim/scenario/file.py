@@ -14,11 +14,13 @@ from typing import Any, cast
 from cosim.errors import InputError, ScenarioError, suggestion
 from cosim.scenario.scenario import Scenario, Variant
 from cosim.system.method import Method
-from cosim.system.signals import Constant, Ramp, Signal, Step, Table, Value, ramp, read_table, table_of_points
+from cosim.system.signals import Constant, Ramp, Signal, Step, Table, Value, ramp, table_of_points
 from cosim.system.structure import Component, Connection, PowerBond, System
+from cosim.system.table_file import GAPS, read_table
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 
+_LONGEST_PATH = 1024
 _KEYS = (
     "title", "description", "start_time", "stop_time", "step_size", "algorithm", "order", "tolerance", "on_failure",
     "iteration_tolerance", "components", "connections", "inputs", "guards", "power_bonds", "variants", "figure",
@@ -46,6 +48,11 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
         If its components and connections contradict each other.
     """
     path = Path(name_or_path)
+    if path.suffix == ".ssp":
+        raise ScenarioError(
+            f"{path}: the FMUs of an .ssp file are unpacked for as long as it is run; expected it to be given to "
+            "simulate or stream by its path"
+        )
     if path.suffix != ".toml":
         path = SCENARIOS / f"{name_or_path}.toml"
         if str(name_or_path) not in scenario_names():
@@ -53,7 +60,7 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
             hint = hint or "; a file name must end in .toml, .ssp or .ssd"
             raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise ScenarioError(f"{path}: there is no such file") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -134,7 +141,9 @@ def _variant(content: object, folder: Path) -> Variant:
 
 def _value(content: object, where: str, folder: Path) -> Value:
     """Take a plain value, or the path of a file written ``{ file = "..." }``, relative to the scenario."""
-    if isinstance(content, bool | int | float | str):
+    if isinstance(content, str):
+        return _beside(content, folder)
+    if isinstance(content, bool | int | float):
         return content
     if not isinstance(content, dict):
         raise ScenarioError(f"{where} is {content!r}; expected a number, true, false, a string or {{ file = ... }}")
@@ -144,14 +153,24 @@ def _value(content: object, where: str, folder: Path) -> Value:
     return str(path)
 
 
+def _beside(text: str, folder: Path) -> str:
+    """Return the full path where a string is that of a file beside the scenario, as it stands, else the string."""
+    if not Path(text).suffix or len(text) > _LONGEST_PATH or "\0" in text:
+        return text
+    path = folder / text
+    return str(path) if path.is_file() else text
+
+
 @contextmanager
-def opened_scenario(source: str, stop_time: float | None = None, step_size: float | None = None) -> Generator[Scenario]:
+def opened_scenario(
+    source: Scenario | str | Path, stop_time: float | None = None, step_size: float | None = None
+) -> Generator[Scenario]:
     """Load a scenario for as long as it is needed.
 
     Parameters
     ----------
-    source : str
-        A name such as ``"stick-slip"``, or the path of a .toml or .ssp file.
+    source : Scenario, str or Path
+        A name such as ``"stick-slip"``, or the path of a .toml or .ssp file; a scenario is taken as it is.
     stop_time, step_size : float, optional
         In s; for .ssp files that do not give them.
 
@@ -160,6 +179,11 @@ def opened_scenario(source: str, stop_time: float | None = None, step_size: floa
     InputError
         If there is none, or it cannot be understood.
     """
+    if isinstance(source, Scenario):
+        yield source
+        return
+    if not isinstance(cast(object, source), str | Path):
+        raise ScenarioError(f"scenario is {source!r}; expected a Scenario, or a name or path of one")
     if Path(source).suffix not in (".ssp", ".ssd"):
         yield load_scenario(source)
         return
@@ -169,10 +193,13 @@ def opened_scenario(source: str, stop_time: float | None = None, step_size: floa
         yield loaded
 
 
+_OF_POINTS = ("unit", "factor")
+_OF_FILES = ("column", "time", "separator", "decimal", "gaps")
+
 _SIGNAL_KEYS = {
     Step.kind: Step.parts(),
     Ramp.kind: Ramp.parts(),
-    Table.kind: ("points", "file", "column"),
+    Table.kind: ("points", "file", *_OF_POINTS, *_OF_FILES),
 }
 
 
@@ -219,14 +246,27 @@ def _points(table: TomlTable, folder: Path) -> Signal:
     """Build a table from points in place or from a CSV file beside the scenario."""
     if ("points" in table) == ("file" in table):
         raise ScenarioError("expected either points or file")
+    factor = table.number("factor") if "factor" in table else None
     if "file" in table:
-        return read_table(folder / table.text("file"), table.text("column", "") or None)
+        return read_table(
+            folder / table.text("file"),
+            table.text("column", "") or None,
+            time=table.text("time", "") or None,
+            unit=table.text("unit") if "unit" in table else None,
+            factor=factor,
+            separator=table.text("separator") if "separator" in table else None,
+            decimal=table.text("decimal", "."),
+            gaps=table.text("gaps", GAPS[0]),
+        )
+    for key in _OF_FILES:
+        if key in table:
+            raise ScenarioError(f"{key} is for a file; expected points without it")
     points: list[list[float]] = []
     for point in table.array("points"):
         if not isinstance(point, list) or not all(isinstance(x, int | float) for x in cast(list[object], point)):
             raise ScenarioError(f"points hold {point!r}; expected pairs of numbers, time and value")
         points.append(cast(list[float], point))
-    return table_of_points(points)
+    return table_of_points(points, table.text("unit", ""), 1.0 if factor is None else factor)
 
 
 class TomlTable:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from cosim.errors import ScenarioError, suggestion
 from cosim.system.method import Method
-from cosim.system.signals import Value
+from cosim.system.signals import Value, plain_value
 from cosim.system.structure import System
 
 _SAFE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+=-]*")
@@ -34,7 +34,12 @@ class Variant:
     def __post_init__(self) -> None:
         if not _SAFE_NAME.fullmatch(self.name):
             raise ScenarioError(f"variant '{self.name}': expected a name of letters, digits and _ . + = - only")
-        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+        plain = {name: plain_value(value) for name, value in self.values.items()}
+        object.__setattr__(self, "values", MappingProxyType(plain))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Return what a copy is made from."""
+        return Variant, (self.name, dict(self.values))
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,8 @@ class Scenario:
     folder: Path | None = None
 
     def __post_init__(self) -> None:
+        for name in ("stop_time", "step_size", "start_time"):
+            object.__setattr__(self, name, plain_value(getattr(self, name)))
         names = [variant.name for variant in self.variants]
         if len(set(names)) < len(names):
             raise ScenarioError(f"{self.name}: two variants have the same name; expected each name once")

@@ -7,12 +7,10 @@ breakpoints communication points where the FMUs allow it.
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +23,12 @@ FloatArray = NDArray[np.float64]
 
 Change = tuple[float, float, float, float]
 """Initial value, final value, start [s] and duration [s]."""
+
+
+def plain_value(value: Any) -> Any:
+    """Return a number or Boolean of NumPy, or an array of one alone, as what Python has for it; else what is given."""
+    single = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and cast(Any, value).ndim == 0)
+    return cast(Any, value).item() if single else cast(Any, value)
 
 
 class Signal(Protocol):
@@ -93,6 +97,9 @@ class Constant(Signal):
 
     value: Level
 
+    def __post_init__(self) -> None:
+        _take_plain(self, "value")
+
     @property
     def levels(self) -> tuple[Level, ...]:
         """The value."""
@@ -132,6 +139,7 @@ class Step(Signal):
     at: float
 
     def __post_init__(self) -> None:
+        _take_plain(self, "before", "after", "at")
         _require_finite("step", at=self.at)
         if isinstance(self.before, bool) is not isinstance(self.after, bool):
             raise ScenarioError(f"step: before is {self.before!r} and after is {self.after!r}; expected the same type")
@@ -174,16 +182,21 @@ class Table(Signal):
         Times of the points, s, not decreasing, none more than twice.
     points : tuple of float
         Values there, as many.
+    unit : str
+        What they are in, if not in the unit of the input; see `cosim.system.field_units.in_declared_units`.
     """
 
     kind: ClassVar[str] = "table"
 
     times: tuple[float, ...]
     points: tuple[float, ...]
+    unit: str = ""
     _times: FloatArray = field(init=False, repr=False, compare=False)
     _points: FloatArray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        for name in ("times", "points"):
+            object.__setattr__(self, name, tuple(map(plain_value, getattr(self, name))))
         times, points = np.array(self.times, dtype=float), np.array(self.points, dtype=float)
         if times.shape != points.shape or times.size == 0:
             raise ScenarioError(f"table: {points.size} values at {times.size} times; expected as many and at least one")
@@ -194,6 +207,11 @@ class Table(Signal):
         object.__setattr__(self, "_times", times)
         object.__setattr__(self, "_points", points)
 
+    def record(self) -> dict[str, Any]:
+        """Return its kind, its points, and their unit if it is not that of the input."""
+        told: dict[str, Any] = {"kind": self.kind, "times": self.times, "points": self.points}
+        return {**told, "unit": self.unit} if self.unit else told
+
     @property
     def is_level(self) -> bool:
         """Tell whether all points between jumps are equal."""
@@ -201,7 +219,9 @@ class Table(Signal):
 
     @property
     def change(self) -> Change | None:
-        """A ramp, where two points make one."""
+        """A ramp, where two points make one, in the unit of the input."""
+        if self.unit:
+            return None
         match self:
             case Table((begin, end), (initial, final)) if end > begin:
                 return initial, final, begin, _duration(begin, end)
@@ -253,6 +273,7 @@ class Ramp(Signal):
     _line: Table = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        _take_plain(self, "initial", "final", "start", "duration")
         _require_finite("ramp", initial=self.initial, final=self.final, start=self.start, duration=self.duration)
         if self.duration < 0:
             raise ScenarioError(f"ramp: duration is {self.duration:g} s; expected a number >= 0")
@@ -316,50 +337,17 @@ def ramp(initial: float, final: float, start: float, duration: float) -> Step | 
     return Ramp(initial, final, start, duration)
 
 
-def read_table(path: Path, column: str | None = None) -> Table:
-    """Read a table from a CSV file whose first line names the columns and whose first column is the time in seconds.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    column : str, optional
-        Name of the column that holds the values; by default the second one.
-
-    Raises
-    ------
-    ScenarioError
-        If the file cannot be read, lacks the column, or holds something that is not a number.
-    """
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.reader(file) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ScenarioError(f"table {path}: cannot be read: {error}") from error
-    header = [name.strip() for name in rows[0]] if rows else []
-    if len(header) < 2:
-        raise ScenarioError(f"table {path}: the first line must name at least two columns, the time first")
-    if column is not None and column not in header[1:]:
-        raise ScenarioError(f"table {path}: there is no column '{column}'; known: {', '.join(header[1:])}")
-    index = 1 if column is None else header.index(column, 1)
-    times = tuple(_number(path, line, row, 0) for line, row in enumerate(rows[1:], 2))
-    return Table(times, tuple(_number(path, line, row, index) for line, row in enumerate(rows[1:], 2)))
-
-
-def table_of_points(points: Sequence[Sequence[float]]) -> Table:
-    """Build a table from pairs of time [s] and value."""
+def table_of_points(points: Sequence[Sequence[float]], unit: str = "", factor: float = 1.0) -> Table:
+    """Build a table from pairs of time [s] and value, which is multiplied by a factor, and then is in a unit."""
     if any(len(point) != 2 for point in points):
         raise ScenarioError("table: every point must be a pair of time and value")
-    return Table(tuple(float(point[0]) for point in points), tuple(float(point[1]) for point in points))
+    return Table(tuple(float(point[0]) for point in points), tuple(factor * float(point[1]) for point in points), unit)
 
 
-def _number(path: Path, line: int, row: list[str], index: int) -> float:
-    """Read one cell of a CSV file."""
-    try:
-        return float(row[index])
-    except (IndexError, ValueError):
-        cell = row[index] if index < len(row) else "nothing"
-        raise ScenarioError(f"table {path}, line {line}: '{cell}' is not a number") from None
+def _take_plain(signal: Signal, *names: str) -> None:
+    """Let attributes be numbers of Python."""
+    for name in names:
+        object.__setattr__(signal, name, plain_value(getattr(signal, name)))
 
 
 def _require_finite(what: str, **numbers: float) -> None:

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Never
 
 from cosim.errors import SystemDefinitionError, suggestion
-from cosim.system.signals import Constant, Signal, Value
+from cosim.system.signals import Constant, Signal, Value, plain_value
 
 COUPLING = "coupling"
 """The word before the dot in recorded names that tell of the coupling, where in others a component's name does."""
@@ -93,7 +93,12 @@ class Component:
             raise SystemDefinitionError(f"component '{self.name}': expected a name that is not empty and has no dot")
         if self.name == COUPLING:
             raise SystemDefinitionError(f"component '{COUPLING}': records use this name for the coupling itself")
-        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        plain = {name: plain_value(value) for name, value in self.parameters.items()}
+        object.__setattr__(self, "parameters", MappingProxyType(plain))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Return what a copy is made from."""
+        return Component, (self.name, self.fmu, dict(self.parameters), self.isolate)
 
 
 @dataclass(frozen=True, init=False)
@@ -150,7 +155,7 @@ class PowerBond:
             )
 
 
-_NO_INPUTS: Mapping[Port, Signal] = MappingProxyType({})
+_NO_INPUTS: Mapping[str, Signal | float] = MappingProxyType({})
 
 
 @dataclass(frozen=True, init=False)
@@ -163,8 +168,8 @@ class System:
         In the order of the record; where nothing else decides, they are stepped in it too.
     connections : tuple of Connection
         Each input is driven at most once.
-    inputs : mapping of str to Signal
-        Signals by the address ``component.variable`` of the input they drive.
+    inputs : mapping of str to Signal or number
+        Signals, or constants, by the address ``component.variable`` of the input they drive.
     guards : tuple of str, optional
         Boolean outputs that say that a value is a guard's or a limit's; by default those whose names end in
         ``_active``.
@@ -188,11 +193,11 @@ class System:
         self,
         components: tuple[Component, ...],
         connections: tuple[Connection, ...] = (),
-        inputs: Mapping[str, Signal] | Mapping[Port, Signal] = _NO_INPUTS,
+        inputs: Mapping[str, Signal | float] | Mapping[Port, Signal | float] = _NO_INPUTS,
         guards: tuple[str, ...] | None = None,
         power_bonds: tuple[PowerBond, ...] | None = None,
     ) -> None:
-        signals = MappingProxyType({Port.parse(name): signal for name, signal in inputs.items()})
+        signals = MappingProxyType({Port.parse(name): _signal(name, given) for name, given in inputs.items()})
         object.__setattr__(self, "components", components)
         object.__setattr__(self, "connections", connections)
         object.__setattr__(self, "inputs", signals)
@@ -200,6 +205,10 @@ class System:
         object.__setattr__(self, "power_bonds", power_bonds)
         self._refuse_unknown_components()
         self._refuse_double_drives()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Return what a copy is made from."""
+        return System, (self.components, self.connections, dict(self.inputs), self.guards, self.power_bonds)
 
     def component_of(self, name: str) -> Component:
         """Return the component that ``component.variable`` belongs to, or refuse the name."""
@@ -221,7 +230,7 @@ class System:
         """
         inputs = dict(self.inputs)
         parameters = {component.name: dict(component.parameters) for component in self.components}
-        for port, value in ((Port.parse(name), value) for name, value in values.items()):
+        for port, value in ((Port.parse(name), plain_value(value)) for name, value in values.items()):
             component = self.component_of(port).name
             if port in inputs and isinstance(value, str):
                 raise SystemDefinitionError(f"{port}: value is '{value}'; expected a number or a Boolean")
@@ -256,3 +265,13 @@ class System:
                     f"{connection.target} is driven by {first} and by {connection.source}; expected one source"
                 )
             drivers[connection.target] = connection.source
+
+
+def _signal(name: str, given: object) -> Signal:
+    """Take a signal as it is, and a number or Boolean as a constant."""
+    value = plain_value(given)
+    if isinstance(value, bool | int | float):
+        return Constant(value)
+    if not hasattr(value, "breakpoints"):
+        raise SystemDefinitionError(f"{name} is {given!r}; expected a number, true, false or a signal")
+    return value

@@ -11,9 +11,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from io import StringIO
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner, Result
 
 from cosim.cli.app import app
@@ -125,7 +127,7 @@ def test_a_run_ends_with_what_is_known_of_the_coupling(folder: Path, make_probe:
     for text in (
         "16 steps of at most 0.125 s (implicit)",
         "looping: algebraic loop probe.u -> probe.u_seen -> probe.u: closed in every step, to 1e-09 of the values",
-        "looping: components of a loop were stepped 1.00 times a step, at most 1 times",
+        "looping: components of a loop were stepped 1.00 times a step, at most 1 time",
         "looping: estimated error 0 in a step at most, 0 on average",
         "tolerance 0.001, 0 steps rejected",
     ):
@@ -235,3 +237,79 @@ def test_an_interrupt_leaves_nothing_behind(folder: Path, number: int) -> None:
     assert process.returncode == 130
     assert said.strip().splitlines()[-1] == "interrupted; nothing was written"
     assert sorted(folder.rglob("*")) == before
+
+
+def test_a_figure_of_something_not_recorded_is_refused_before_the_run(folder: Path) -> None:
+    (folder / "probing.toml").write_text(SCENARIO + '[figure]\nsignals = ["probe.integral", "probe.integrl"]\n')
+    for more in ((), ("--stream",)):
+        result = run("run", "probing.toml", *more)
+        assert result.exit_code == 2
+        assert "figure.signals: 'probe.integrl' is not recorded; did you mean 'probe.integral'?" in one_sentence(result)
+        assert not (folder / "runs").exists()
+
+
+@pytest.mark.parametrize("mistake", ["gian = 2", "gain = -2", 'gain = "much"'])
+def test_a_mistake_in_the_last_variant_is_told_before_the_first_is_run(folder: Path, mistake: str) -> None:
+    variants = VARIANTS.replace('"probe.gain" = 3', f"probe.{mistake}")
+    (folder / "probing.toml").write_text(SCENARIO + variants)
+    for more in ((), ("--stream",)):
+        result = run("run", "probing.toml", *more)
+        assert result.exit_code == 2
+        one_sentence(result)
+        assert not (folder / "runs").exists()
+    assert run("run", "probing.toml", "--variant", "plain").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--stop-time", "1e-8"], [0.0, 1e-8]),
+        (["--step-size", "1000"], [0.0, 1.0]),
+        (["--step-size", "1e300"], [0.0, 1.0]),
+        (["--step-size", "1000", "--stop-time", "1000"], [0.0, 1000.0]),
+    ],
+)
+def test_a_step_beyond_the_run_is_one_step_of_it_and_is_told(
+    folder: Path, arguments: list[str], expected: list[float]
+) -> None:
+    result = run("run", "probing.toml", *arguments)
+    assert result.exit_code == 0, result.output
+    assert column(folder / "runs" / "probing" / "trajectory.csv", "time") == expected
+    assert f"1 step of {expected[-1]:g} s (jacobi)" in result.stdout
+    told = f"which is longer than the run; it is run in one step of {expected[-1]:g} s"
+    assert (told in result.stderr) is (expected[-1] != 1000.0)
+
+
+@pytest.mark.parametrize("step", ["1e-300", "1e-17"])
+def test_a_step_that_times_cannot_tell_is_refused(folder: Path, step: str) -> None:
+    result = run("run", "probing.toml", "--step-size", step)
+    assert result.exit_code == 2
+    assert f"step size is {float(step):g} s; expected one that tells times near 1 s apart" in one_sentence(result)
+
+
+@pytest.mark.parametrize("width", [20, 40, 60])
+def test_a_narrow_terminal_cuts_no_number_and_no_name(
+    folder: Path, width: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert run("run", "probing.toml").exit_code == 0
+    console = Console(width=width, file=StringIO(), force_terminal=True, no_color=True, highlight=False)
+    monkeypatch.setattr("cosim.cli.terminal.new_console", lambda: console)
+    monkeypatch.setattr("cosim.cli.app.new_console", lambda: console)
+    assert run("run", "stick-slip", "--stop-time", "5").exit_code == 0
+    assert run("list").exit_code == 0
+    text = console.file.getvalue()  # pyright: ignore[reportAttributeAccessIssue]
+    for number in ("20.6728", "0.675316", "4.042882", "2.5567"):
+        assert number in text
+    assert "dissipative-law" in text
+    assert "…" not in text
+
+
+def test_a_list_whose_reader_is_gone_ends_quietly() -> None:
+    command = f"{sys.executable} -m cosim list | true"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("", "")
+
+
+def test_a_scenario_with_a_byte_order_mark_is_read(folder: Path) -> None:
+    (folder / "probing.toml").write_text(SCENARIO, encoding="utf-8-sig")
+    assert run("run", "probing.toml").exit_code == 0

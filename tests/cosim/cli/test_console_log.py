@@ -31,3 +31,11 @@ def test_what_an_fmu_says_again_in_a_repeated_step_is_shown_once(shown: StringIO
         "warning: law: t = 0.5 s: too much",
         "warning: plant: t = 0.75 s: too much",
     ]
+
+
+@pytest.mark.parametrize("message", ["plant at t = 0.50 s: too much", "plant: too much"])
+def test_a_name_that_an_fmu_says_itself_is_not_said_twice(shown: StringIO, message: str) -> None:
+    for _ in range(2):
+        logging.getLogger("cosim.fmi2.plant").warning(message)
+    logging.getLogger("cosim.fmi2.plant").warning("plants at t = 1 s: none")
+    assert shown.getvalue().splitlines() == [f"warning: {message}", "warning: plant: plants at t = 1 s: none"]

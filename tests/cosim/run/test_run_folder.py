@@ -23,7 +23,7 @@ def result(**columns: np.ndarray) -> Result:
 def a_run(path: Path, mark: str) -> None:
     with run_folder(path) as folder:
         (folder / "mark.txt").write_text(mark)
-        write_content(folder, {})
+        write_content(folder, {"variants": [{"trajectory": "mark.txt"}]})
 
 
 def test_numbers_in_a_csv_file_read_back_to_the_same_bits(tmp_path: Path) -> None:
@@ -71,12 +71,93 @@ def test_a_failed_run_leaves_the_earlier_one_as_it_was(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["mine"]
 
 
-def test_a_later_run_replaces_an_earlier_one_entirely(tmp_path: Path) -> None:
-    a_run(tmp_path / "mine", "first")
-    (tmp_path / "mine" / "extra.txt").write_text("from the first run")
+def test_a_later_run_replaces_what_an_earlier_one_wrote_and_nothing_of_the_users(tmp_path: Path) -> None:
+    with run_folder(tmp_path / "mine") as folder:
+        (folder / "steep").mkdir()
+        (folder / "steep" / "rows.csv").write_text("first")
+        write_content(folder, {"variants": [{"trajectory": "steep/rows.csv"}]})
+    (tmp_path / "mine" / "thesis.tex").write_text("precious")
     a_run(tmp_path / "mine", "second")
+    left = {path.relative_to(tmp_path / "mine").as_posix() for path in (tmp_path / "mine").rglob("*")}
+    assert left == {"manifest.json", "mark.txt", "thesis.tex"}
+    assert (tmp_path / "mine" / "thesis.tex").read_text() == "precious"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["mine"]
+
+
+def test_a_folder_of_the_users_within_that_of_a_variant_stays(tmp_path: Path) -> None:
+    with run_folder(tmp_path / "mine") as folder:
+        (folder / "steep").mkdir()
+        (folder / "steep" / "rows.csv").write_text("first")
+        write_content(folder, {"variants": [{"trajectory": "steep/rows.csv"}]})
+    (tmp_path / "mine" / "steep" / "notes.txt").write_text("precious")
+    a_run(tmp_path / "mine", "second")
+    assert [path.name for path in (tmp_path / "mine" / "steep").iterdir()] == ["notes.txt"]
+
+
+@pytest.mark.parametrize("kind", ["file", "folder", "link"])
+def test_what_is_in_the_way_is_refused_before_the_run_and_kept(tmp_path: Path, kind: str) -> None:
+    a_run(tmp_path / "mine", "first")
+    place = tmp_path / "mine" / "figure.png"
+    if kind == "file":
+        place.write_text("precious")
+    elif kind == "folder":
+        place.mkdir()
+    else:
+        (tmp_path / "elsewhere").write_text("precious")
+        place.symlink_to(tmp_path / "elsewhere")
+    with (
+        pytest.raises(OutputError, match=r"figure\.png is in the way, and is not of an earlier run"),
+        run_folder(tmp_path / "mine", ["manifest.json", "figure.png"]),
+    ):
+        pytest.fail("the run was started")
+    assert place.is_symlink() or place.exists()
+    assert (tmp_path / "mine" / "mark.txt").read_text() == "first"
+
+
+def test_a_link_to_a_folder_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "mine").symlink_to(tmp_path / "disk")
+    a_run(tmp_path / "mine", "first")
+    a_run(tmp_path / "mine", "second")
+    assert (tmp_path / "mine").is_symlink()
+    assert (tmp_path / "disk" / "mark.txt").read_text() == "second"
+    assert {entry.name for entry in tmp_path.iterdir()} == {"disk", "mine"}
+
+
+def test_a_manifest_that_leads_out_of_its_folder_removes_nothing_there(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("precious")
+    a_run(tmp_path / "mine", "first")
+    named = [{"trajectory": "../thesis.tex"}, {"trajectory": str(tmp_path / "thesis.tex")}, {"trajectory": "mark.txt"}]
+    write_content(tmp_path / "mine", {"variants": named})
+    a_run(tmp_path / "mine", "second")
+    assert (tmp_path / "thesis.tex").read_text() == "precious"
     assert (tmp_path / "mine" / "mark.txt").read_text() == "second"
-    assert not (tmp_path / "mine" / "extra.txt").exists()
+
+
+def test_a_finished_streamed_run_is_never_replaced(tmp_path: Path) -> None:
+    a_run(tmp_path / "mine", "first")
+    write_content(tmp_path / "mine", {"variants": [{"trajectory": "mark.txt", "figure": "figure.png"}]})
+    with pytest.raises(OutputError, match="holds a finished streamed run, which is not replaced"):
+        a_run(tmp_path / "mine", "second")
+    assert (tmp_path / "mine" / "mark.txt").read_text() == "first"
+
+
+def test_a_run_that_cannot_be_moved_to_its_place_leaves_the_earlier_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    a_run(tmp_path / "mine", "first")
+    rename = Path.rename
+
+    def failing(path: Path, target: Path) -> Path:
+        if path.name == "mark.txt" and path.read_text() == "second" and target.parent == tmp_path / "mine":
+            raise OSError(28, "No space left on device")
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "rename", failing)
+    with pytest.raises(OutputError, match="No space left"):
+        a_run(tmp_path / "mine", "second")
+    assert (tmp_path / "mine" / "mark.txt").read_text() == "first"
+    assert (tmp_path / "mine" / "manifest.json").exists()
     assert [entry.name for entry in tmp_path.iterdir()] == ["mine"]
 
 

@@ -318,3 +318,65 @@ def test_a_folder_that_holds_no_unfinished_run_is_not_resumed(tmp_path: Path) ->
         result = CliRunner().invoke(app, ["resume", str(tmp_path / name)])
         assert result.exit_code == 2
         assert message in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda told: told.pop("created"), "'created' is missing"),
+        (lambda told: told["job"].pop("choices"), "'choices' is missing"),
+        (lambda told: told["job"]["choices"].update(colour="red"), "colour"),
+        (lambda told: told.update(variants=3), "not iterable"),
+        (lambda told: told.update(job="resume me"), "string indices"),
+        (lambda told: told.update(variants=[{}]), "is missing"),
+    ],
+)
+def test_a_damaged_manifest_is_a_sentence(damage: Callable[[Any], Any], message: str, tmp_path: Path) -> None:
+    job = {"source": "stick-slip", "choices": {"limits": None}, "variants": [], "streaming": {}}
+    head = {"scenario": "a", "title": "", "created": "", "versions": {}, "commit": None}
+    told: dict[str, Any] = {"format": "cosim-run-1", **head, "state": "unfinished", "job": job, "variants": []}
+    damage(told)
+    (tmp_path / "manifest.json").write_text(json.dumps(told))
+    result = CliRunner().invoke(app, ["resume", str(tmp_path)])
+    assert result.exit_code == 2, result.output
+    assert "manifest.json is damaged: " in result.stderr
+    assert message in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_a_streamed_run_that_fails_at_its_start_leaves_nothing(
+    make_probe: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_probe(replace={'guid="': 'guid="not '})
+    (tmp_path / "probing.toml").write_text(
+        'stop_time = 1.0\nstep_size = 0.125\n[components.probe]\nfmu = "probe.fmu"\n[inputs]\n"probe.u" = 2.0\n'
+    )
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    result = CliRunner().invoke(app, ["run", "probing.toml", "--stream", "--output", "new/run"])
+    assert result.exit_code != 0
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_store_that_cannot_be_begun_leaves_no_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*given: object) -> None:
+        raise OutputError("the disk is full")
+
+    monkeypatch.setattr("cosim.run.stream.create_zarr", fail)
+    with pytest.raises(OutputError, match="the disk is full"):
+        stream(load_scenario("stick-slip"), tmp_path / "new" / "run", stop_time=1.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_streamed_run_follows_a_link_and_stays_when_it_is_complete(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("runs").symlink_to("disk")
+    arguments = ["run", "stick-slip", "--stop-time", "1", "--output", "runs"]
+    assert CliRunner().invoke(app, [*arguments, "--stream"]).exit_code == 0
+    assert Path("runs").is_symlink()
+    again = CliRunner().invoke(app, arguments)
+    assert again.exit_code == 2
+    assert "holds a finished streamed run" in again.stderr
+    assert Path("disk", "trajectory.zarr").is_dir()

@@ -197,3 +197,40 @@ def test_fmus_are_found_in_the_working_directory_before_the_package_and_by_the_e
     assert locate_fmu("Plant", "native") == tmp_path / "elsewhere/native/Plant.fmu"
     assert locate_fmu("Plant", "python") == tmp_path / "elsewhere/python/Plant.fmu"
     assert locate_fmu("native/Plant.fmu", "native", tmp_path / "elsewhere") == tmp_path / "elsewhere/native/Plant.fmu"
+
+
+def test_a_table_takes_units_gaps_and_names_of_columns(tmp_path: Path) -> None:
+    (tmp_path / "field.csv").write_text("depth;Uhr;WOB\n9;0;1,5\n9;1;\n8;2;2,5\n")
+    table = """{ kind = "table", file = "field.csv", column = "WOB", time = "Uhr", unit = "klbf", factor = 2,
+        separator = ";", decimal = ",", gaps = "interpolate" }""".replace("\n", "")
+    points = '{ kind = "table", points = [[0, 60]], unit = "rpm" }'
+    path = tmp_path / "field.toml"
+    path.write_text(
+        'stop_time = 1\nstep_size = 1\n[components.plant]\nfmu = "Plant"\n'
+        f'[inputs]\n"plant.WOB" = {table}\n"plant.Omega" = {points}\n'
+    )
+    inputs = load_scenario(path).system.inputs
+    assert inputs["plant.WOB"] == Table((0.0, 2.0), (3.0, 5.0), "klbf")
+    assert inputs["plant.Omega"] == Table((0.0,), (60.0,), "rpm")
+    path.write_text(path.read_text().replace('unit = "rpm"', 'gaps = "hold"'))
+    with pytest.raises(ScenarioError, match=r"inputs\.plant\.Omega: gaps is for a file"):
+        load_scenario(path)
+
+
+def test_a_string_that_names_a_file_beside_the_scenario_is_its_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "program.csv").write_text("time,speed,WOB\n0,10,1e5\n")
+    (tmp_path / "mine" / "printed").touch()
+    path = tmp_path / "mine" / "program.toml"
+    path.write_text(
+        "stop_time = 1\nstep_size = 1\n[components.program]\nfmu = 'DrillingProgram'\n"
+        "parameters = { table = 'program.csv', form = 'printed', other = 'absent.csv' }\n"
+        "[[variants]]\nname = 'one'\nset = { 'program.table' = 'program.csv' }\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    scenario = load_scenario(path)
+    full = str(tmp_path / "mine" / "program.csv")
+    assert dict(scenario.system.components[0].parameters) == {"table": full, "form": "printed", "other": "absent.csv"}
+    assert dict(scenario.variants[0].values) == {"program.table": full}

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from cosim.errors import ScenarioError
-from cosim.system.signals import Constant, FloatArray, Signal, Step, Table, ramp, read_table
+from cosim.system.signals import Constant, FloatArray, Signal, Step, Table, ramp
+from cosim.system.table_file import read_table
 
 
 def test_a_step_has_its_new_value_at_the_jump_and_its_old_value_to_the_left() -> None:

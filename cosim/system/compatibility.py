@@ -39,8 +39,9 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
     SystemDefinitionError
         For the first thing that does not fit.
     """
+    told: set[tuple[str, str]] = set()
     for connection in system.connections:
-        _check_connection(connection, descriptions)
+        _check_connection(connection, descriptions, told)
     for target, signal in system.inputs.items():
         _check_signal(target, signal, _variable(target, descriptions))
     values = {part.name: start_values(part, descriptions[part.name]) for part in system.components}
@@ -63,8 +64,10 @@ def _variable(port: Port, descriptions: Mapping[str, Description]) -> Variable:
     raise SystemDefinitionError(f"{port.component}: {description.model_name} has no variable '{wanted}'{hint}")
 
 
-def _check_connection(connection: Connection, descriptions: Mapping[str, Description]) -> None:
-    """Refuse a connection whose ends do not exist, face the wrong way, or differ in type or unit."""
+def _check_connection(
+    connection: Connection, descriptions: Mapping[str, Description], told: set[tuple[str, str]]
+) -> None:
+    """Refuse a connection whose ends do not exist, face the wrong way, or differ in type, items or unit."""
     source = _variable(connection.source, descriptions)
     target = _variable(connection.target, descriptions)
     label = f"connection {connection.source} -> {connection.target}"
@@ -75,13 +78,27 @@ def _check_connection(connection: Connection, descriptions: Mapping[str, Descrip
         raise SystemDefinitionError(f"{label}: {connection.source} is {source.type}; expected {target.type}")
     if source.type == "String":
         raise SystemDefinitionError(f"{label}: both ends are String; expected numbers, Booleans or enumerations")
-    _check_units(label, source, target)
+    _check_items(label, source.items, target.items)
+    if not connection.unconverted:
+        _check_units(label, source, target, told)
 
 
-def _check_units(label: str, source: Variable, target: Variable) -> None:
-    """Refuse units that differ; warn where it cannot be known."""
-    match = compare(source.unit, target.unit)
-    actual, expected = describe(source.unit), describe(target.unit)
+def _check_items(label: str, source: Mapping[str, int], target: Mapping[str, int]) -> None:
+    """Refuse enumerations in which one name has two numbers; warn of others that are not the same."""
+    for name in source:
+        if name in target and source[name] != target[name]:
+            raise SystemDefinitionError(f"{label}: '{name}' is {source[name]} at the source; expected {target[name]}")
+    if source != target:
+        actual, expected = (_list_items(items) or "none" for items in (source, target))
+        log.warning(
+            "%s: the items at the source are %s, at the input %s; numbers are passed on", label, actual, expected
+        )
+
+
+def _check_units(label: str, source: Variable, target: Variable, told: set[tuple[str, str]]) -> None:
+    """Refuse units that differ; warn where it cannot be known, of two units of one name once."""
+    match = compare(source.measured_in, target.measured_in)
+    actual, expected = describe(source.measured_in), describe(target.measured_in)
     if match is Match.DIFFERENT:
         raise SystemDefinitionError(f"{label}: the source is in {actual}; expected {expected}")
     if match is Match.SCALED:
@@ -90,6 +107,9 @@ def _check_units(label: str, source: Variable, target: Variable) -> None:
         )
     if match is Match.UNKNOWN:
         log.warning("%s: cannot tell whether %s and %s are the same unit", label, actual, expected)
+    if match is Match.ASSUMED and (actual, expected) not in told:
+        told.add((actual, expected))
+        log.warning("%s: %s and %s are taken for the same unit, which one FMU does not define", label, actual, expected)
 
 
 def _check_signal(target: Port, signal: Signal, variable: Variable) -> None:
@@ -187,8 +207,12 @@ def _enumeration(label: str, items: Mapping[str, int], value: Value) -> int:
         return items[value]
     if isinstance(value, int) and not isinstance(value, bool) and value in items.values():
         return value
-    known = ", ".join(f"'{name}' ({number})" for name, number in items.items())
-    raise SystemDefinitionError(f"{label} is {_show(value)}; expected one of {known}")
+    raise SystemDefinitionError(f"{label} is {_show(value)}; expected one of {_list_items(items)}")
+
+
+def _list_items(items: Mapping[str, int]) -> str:
+    """Name the items of an enumeration with their numbers."""
+    return ", ".join(f"'{name}' ({number})" for name, number in items.items())
 
 
 def _refuse_out_of_range(label: str, variable: Variable, value: float) -> None:

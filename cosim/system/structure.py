@@ -98,14 +98,24 @@ class Component:
 
 @dataclass(frozen=True, init=False)
 class Connection:
-    """An output that drives an input, each written ``component.variable``."""
+    """An output that drives an input, each written ``component.variable``.
+
+    Parameters
+    ----------
+    source, target : str
+        The output and the input.
+    unconverted : bool
+        Pass values on as they are, whatever the units of the ends are.
+    """
 
     source: Port
     target: Port
+    unconverted: bool
 
-    def __init__(self, source: str, target: str) -> None:
+    def __init__(self, source: str, target: str, *, unconverted: bool = False) -> None:
         object.__setattr__(self, "source", Port.parse(source))
         object.__setattr__(self, "target", Port.parse(target))
+        object.__setattr__(self, "unconverted", unconverted)
 
 
 @dataclass(frozen=True, init=False)

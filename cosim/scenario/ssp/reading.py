@@ -7,6 +7,7 @@ mappings and transformations are not.
 
 from __future__ import annotations
 
+import logging
 import re
 import tempfile
 from collections.abc import Generator, Mapping
@@ -157,6 +158,8 @@ def _unpack(archive: SspArchive, component: Element, folder: Path, where: str) -
     return place / file
 
 
+log = logging.getLogger("cosim")
+
 _KEPT = ("ConnectionGeometry", "Annotations")
 _CLASHES = (Match.DIFFERENT, Match.SCALED)
 
@@ -188,11 +191,18 @@ def read_connectors(root: Element, component: Element, description: Description,
         variable = description.by_name[name]
         kind = element.find(ssc("Real"))
         given = kind.get("unit") if kind is not None else None
-        unit = units.get(given, Unit(given)) if given is not None else variable.unit
-        if variable.unit is not None and unit is not None and compare(unit, variable.unit) is not Match.SAME:
+        own = variable.measured_in
+        unit = units.get(given, Unit(given)) if given is not None else own
+        unit = unit.of_differences if unit is not None and variable.relative else unit
+        match = Match.SAME if own is None or unit is None else compare(unit, own)
+        if match in _CLASHES:
             raise SspError(
-                f"{label} is in {describe(unit)}, the FMU's variable in {describe(variable.unit)}; "
+                f"{label} is in {describe(unit)}, the FMU's variable in {describe(own)}; "
                 "conversion of units is not supported"
+            )
+        if match is not Match.SAME:
+            log.warning(
+                "%s is in %s, the FMU's variable in %s; taken for the same", label, describe(unit), describe(own)
             )
         connectors[name] = Connector(str(element.get("kind")), unit)
     return connectors
@@ -230,16 +240,17 @@ def _connection(element: Element, connectors: Mapping[str, Mapping[str, Connecto
         if plain_name(child.tag) not in _KEPT:
             raise SspError(f"{label} has a {plain_name(child.tag)}, which is not supported")
     (first, second) = (_connector(port, connectors) for port in (start, end))
-    if compare(first.unit, second.unit) in _CLASHES and element.get("suppressUnitConversion") not in ("true", "1"):
+    unconverted = element.get("suppressUnitConversion") in ("true", "1")
+    if compare(first.unit, second.unit) in _CLASHES and not unconverted:
         raise SspError(
             f"{label} leads from {describe(first.unit)} to {describe(second.unit)}; conversion of units is not "
             "supported"
         )
     if (first.kind, second.kind) == ("input", "output"):
-        return Connection(end, start)
+        return Connection(end, start, unconverted=unconverted)
     if (first.kind, second.kind) != ("output", "input"):
         raise SspError(f"{label} leads from {first.kind} to {second.kind}; expected an output and an input")
-    return Connection(start, end)
+    return Connection(start, end, unconverted=unconverted)
 
 
 def _end(element: Element, side: str, connectors: Mapping[str, Mapping[str, Connector]], where: str) -> Port:

@@ -174,9 +174,10 @@ def _add_component(elements: Element, part: _Part, driven: set[Port]) -> Element
 def _ends(connection: Connection) -> dict[str, str]:
     """Write a connection as attributes."""
     source, target = connection.source, connection.target
-    return {
+    ends = {
         "startElement": source.component,
         "startConnector": source.variable,
         "endElement": target.component,
         "endConnector": target.variable,
     }
+    return {**ends, "suppressUnitConversion": "true"} if connection.unconverted else ends

@@ -19,6 +19,7 @@ from cosim.master.slave import Slave
 from cosim.run.options import RunOptions
 from cosim.run.report import CouplingReport, RunReport, versions
 from cosim.scenario.scenario import Scenario
+from cosim.system.compatibility import read_written
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
 from cosim.system.structure import System
@@ -73,6 +74,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
     system = scenario.system_of(variant, options.overrides)
     paths = {part.name: locate_fmu(part.fmu, options.packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
+    system = read_written(system, descriptions)
     _tell_flaws(paths, descriptions)
     isolated = _apart(paths, _isolated(system, options.isolate))
     _refuse_twins(paths, {name: known for name, known in descriptions.items() if name not in isolated})

@@ -8,10 +8,11 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.description import Description, Match, Variable, compare, describe
-from cosim.system.signals import Signal, Value
+from cosim.system.signals import Constant, Signal, Step, Value
 from cosim.system.structure import Component, Connection, Port, System
 
 log = logging.getLogger("cosim")
@@ -76,8 +77,6 @@ def _check_connection(
             raise SystemDefinitionError(f"{label}: {name} has causality {variable.causality}; expected {wanted}")
     if source.type != target.type:
         raise SystemDefinitionError(f"{label}: {connection.source} is {source.type}; expected {target.type}")
-    if source.type == "String":
-        raise SystemDefinitionError(f"{label}: both ends are String; expected numbers, Booleans or enumerations")
     _check_items(label, source.items, target.items)
     if not connection.unconverted:
         _check_units(label, source, target, told)
@@ -116,12 +115,65 @@ def _check_signal(target: Port, signal: Signal, variable: Variable) -> None:
     """Refuse a signal for what is no input, or of another type."""
     if variable.causality != "input":
         raise SystemDefinitionError(f"{target} has causality {variable.causality}; a signal drives an input only")
-    if variable.type == "String":
-        raise SystemDefinitionError(f"{target} is String; a signal drives numbers, Booleans and enumerations only")
     for level in signal.levels or ():
         convert(target, variable, level)
     if signal.levels is None and variable.type != "Real":
         raise SystemDefinitionError(f"{target} is {variable.type}; ramps and tables drive Real inputs only")
+
+
+def with_numbers(system: System, descriptions: Mapping[str, Description]) -> System:
+    """Return a checked system whose signals for enumerations give the numbers of items that they name."""
+    inputs = dict(system.inputs)
+    for port, signal in system.inputs.items():
+        variable = _variable(port, descriptions)
+        if variable.type != "Enumeration":
+            continue
+        match signal:
+            case Constant(value):
+                inputs[port] = Constant(convert(port, variable, value))
+            case Step(before, after, at):
+                inputs[port] = Step(convert(port, variable, before), convert(port, variable, after), at)
+            case _:
+                pass
+    return replace(system, inputs=inputs)
+
+
+class Written(str):
+    """A value as it was written on a command line, to be read by the type of its variable."""
+
+    __slots__ = ()
+
+
+def read_written(system: System, descriptions: Mapping[str, Description]) -> System:
+    """Return the system with all values read that are as they were written; what cannot be read stays a string."""
+
+    def read(component: str, variable: str, value: Value) -> Value:
+        known = descriptions[component].by_name.get(variable)
+        return _read(value, known) if isinstance(value, Written) else value
+
+    components = tuple(
+        replace(part, parameters={name: read(part.name, name, value) for name, value in part.parameters.items()})
+        for part in system.components
+    )
+    inputs = {
+        port: Constant(read(port.component, port.variable, signal.value)) if isinstance(signal, Constant) else signal
+        for port, signal in system.inputs.items()
+    }
+    return replace(system, components=components, inputs=inputs)
+
+
+def _read(text: str, variable: Variable | None) -> Value:
+    """Read a text as a value of a variable's type; if it is none, as a string, without quotes around it."""
+    plain = text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'" else str(text)
+    kind = variable.type if variable is not None else "String"
+    if variable is None or kind == "String" or plain in variable.items:
+        return plain
+    if kind == "Boolean":
+        return {"true": True, "false": False}.get(text.lower(), plain)
+    try:
+        return float(text) if kind == "Real" else int(text)
+    except ValueError:
+        return plain
 
 
 def _check_input(name: Port, variable: Variable, given: bool, driven: Mapping[Port, str]) -> None:
@@ -195,6 +247,8 @@ def convert(label: str, variable: Variable, value: Value) -> Value:
     }
     if not fits[variable.type]:
         raise SystemDefinitionError(f"{label} is {_show(value)}; expected {_KINDS[variable.type]}")
+    if isinstance(value, str) and "\0" in value:
+        raise SystemDefinitionError(f"{label} has a NUL at {value.index(chr(0))}; expected a string without one")
     if isinstance(value, str | bool):
         return value
     _refuse_out_of_range(label, variable, value)

@@ -212,9 +212,7 @@ class System:
         parameters = {component.name: dict(component.parameters) for component in self.components}
         for port, value in ((Port.parse(name), value) for name, value in values.items()):
             component = self.component_of(port).name
-            if port in inputs and isinstance(value, str):
-                raise SystemDefinitionError(f"{port}: value is '{value}'; expected a number or a Boolean")
-            if port in inputs and not isinstance(value, str):
+            if port in inputs:
                 inputs[port] = Constant(value)
             else:
                 parameters[component][port.variable] = value

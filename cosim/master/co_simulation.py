@@ -21,7 +21,7 @@ from cosim.master.observation import Observation
 from cosim.master.run import Progress, Run, Snapshot
 from cosim.master.slave import Slave
 from cosim.recording.result import Result, RowMemory, Rows
-from cosim.system.compatibility import StartValues, check_system
+from cosim.system.compatibility import StartValues, check_system, with_numbers
 from cosim.system.dependency import feedthrough_loops
 from cosim.system.method import Method
 from cosim.system.structure import System
@@ -108,6 +108,7 @@ class Master:
         method = method or Method()
         descriptions = {name: slave.description for name, slave in slaves.items()}
         start_values = check_system(system, descriptions)
+        system = with_numbers(system, descriptions)
         grid = _grid(system, slaves, start_time, stop_time, step_size)
         repeats = method.implicit or method.tolerance is not None
         self._slaves = slaves

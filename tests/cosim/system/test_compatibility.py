@@ -137,7 +137,7 @@ def test_start_values_take_the_type_of_their_variable() -> None:
         ("plant.gate", Constant(1.0), "is 1.0; expected true or false"),
         ("plant.WOB", Constant(-1.0), "is -1 N; expected a finite number >= 0"),
         ("plant.WOB", Step(1.0, -2.0, 0.5), "is -2 N; expected a finite number >= 0"),
-        ("plant.label", Constant(1.0), "is String; a signal drives numbers"),
+        ("plant.label", Constant(1.0), "is 1.0; expected a string"),
     ],
 )
 def test_a_signal_that_does_not_fit_is_refused(target: str, signal, message: str) -> None:

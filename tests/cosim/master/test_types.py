@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 
 from cosim import Component, Connection, Constant, Scenario, Step, System, load_scenario, simulate, stream
-from cosim.errors import InputError, SystemDefinitionError
+from cosim.drilling import reporting
+from cosim.errors import InputError, RunInterruptedError, SystemDefinitionError
 from cosim.master.run import Snapshot
 from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.zarr_store import open_trajectory
+from cosim.scenario.ssp.reading import open_ssp
+from cosim.scenario.ssp.writing import export_ssp
 from cosim.system.signals import Signal
 
 pytestmark = pytest.mark.usefixtures("no_leftovers")
@@ -165,3 +168,51 @@ def test_strings_read_back_from_a_checkpoint(tmp_path: Path) -> None:
     kept[:] = read_checkpoint(tmp_path / "checkpoint.npz").arrays["block a 3"]
     assert kept.tolist() == values.tolist()
     assert all(type(text) is str for text in kept.ravel())
+
+
+@pytest.mark.parametrize("as_csv", [False, True])
+def test_strings_survive_an_interrupt(make_suspect: Maker, tmp_path: Path, as_csv: bool) -> None:
+    fmu = make_suspect()
+    scenario = Scenario(
+        "named", System((Component("a", fmu),), inputs={"a.u": Step(1.0, 2.0, 0.5)}), 2.0, 0.01, signals=("a.name",)
+    )
+
+    def interrupt(done: float) -> None:
+        if done > 0.4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(RunInterruptedError):
+        stream(scenario, tmp_path / "run", csv=as_csv, progress=interrupt)
+    tail = stream(scenario, tmp_path / "run", resume=True)
+    assert tail["a.name"].tolist() == ["suspect"] * 201
+    if as_csv:
+        with (tmp_path / "run" / "trajectory.csv").open(newline="", encoding="utf-8") as file:
+            assert [row["a.name"] for row in csv.DictReader(file)] == ["suspect"] * 201
+        return
+    with open_trajectory(tmp_path / "run") as dataset:
+        assert dataset["a.name"].values.tolist() == ["suspect"] * 201
+
+
+def test_a_figure_shows_strings(make_probe: Maker, tmp_path: Path) -> None:
+    scenario = chain(make_probe(replace=TALKING), ("heard", "said"), {"a.said": Step("rot", "grün", 0.5)})
+    result = simulate(scenario)
+    for name in ("a.heard", "b.heard", "a.said"):
+        reporting.draw(tmp_path / f"{name}.png", "strings", {"chain": result}, [name])
+    drawn = {path.read_bytes() for path in tmp_path.glob("*.png")}
+    assert len(drawn) == 3
+    assert all(content.startswith(b"\x89PNG") for content in drawn)
+
+
+def test_a_null_string_is_an_empty_one(make_suspect: Maker) -> None:
+    fmu = make_suspect("null string")
+    scenario = Scenario("null", System((Component("a", fmu),), inputs={"a.u": Constant(1.0)}), 0.1, 0.05)
+    assert simulate(scenario)["a.name"].tolist() == ["", "", ""]
+
+
+def test_constant_strings_and_items_are_exported_and_read_back(make_probe: Maker, tmp_path: Path) -> None:
+    inputs = {"a.said": Constant("a <b> & c"), "a.mode": Constant("fast")}
+    scenario = chain(make_probe(replace={**TALKING, **SWITCHED}), ("heard", "said"), inputs)
+    export_ssp(scenario, tmp_path / "chain.ssp")
+    with open_ssp(tmp_path / "chain.ssp") as again:
+        assert simulate(again)["b.heard"].tolist() == simulate(scenario)["b.heard"].tolist()
+        assert simulate(again)["a.mode"].tolist() == [5] * 5

@@ -26,18 +26,21 @@ from cosim.fmi2.functions import (
     SectionExchange,
     SlopeExchange,
     StepCalls,
+    StringExchange,
     bind,
     exchange,
     set_one,
     slope_exchange,
     status_name,
+    string_exchange,
 )
 from cosim.fmi2.library import loaded_fmu
 from cosim.fmi2.log import Journal
-from cosim.recording.record import BASE_TYPES, Block, base_type
+from cosim.recording.record import BASE_TYPES, BaseType, Block, base_type
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
 
+_NUMBERS: tuple[BaseType, ...] = tuple(kind for kind in BASE_TYPES if kind != "String")
 _TRANSIT = -1  # slot of a state on its way to or from bytes
 
 
@@ -71,6 +74,8 @@ class FmuSlave:
         self._block: Block
         self._reads: tuple[SectionExchange, ...] = ()
         self._writes: tuple[SectionExchange, ...] = ()
+        self._text_reads: StringExchange | None = None
+        self._text_writes: StringExchange | None = None
         self._slopes: SlopeExchange | None = None
         self._output_slopes: SlopeExchange | None = None
         self._states: KeptStates | None = None
@@ -94,19 +99,22 @@ class FmuSlave:
         self._block = block  # whose memory the calls use
         self._must("SetupExperiment", False, 0.0, start_time, True, stop_time)
         for variable, value in start_values.items():
-            set_one(self._must, _kind(variable), variable.reference, value)
+            set_one(self._must, base_type(variable), variable.reference, value)
         self._asked = {variable: value for variable, value in start_values.items() if variable.causality == "parameter"}
         library = self._fmu.dll
         self._reads = tuple(
             exchange(library, "Get", kind, section, len(section.variables))
-            for kind, section in ((kind, block.outputs[kind]) for kind in BASE_TYPES)
+            for kind, section in ((kind, block.outputs[kind]) for kind in _NUMBERS)
             if section.variables
         )
         self._writes = tuple(
             exchange(library, "Set", kind, section, section.driven)
-            for kind, section in ((kind, block.inputs[kind]) for kind in BASE_TYPES)
+            for kind, section in ((kind, block.inputs[kind]) for kind in _NUMBERS)
             if section.driven
         )
+        texts, driven = block.outputs["String"], block.inputs["String"]
+        self._text_reads = string_exchange(library, "Get", texts, len(texts.variables))
+        self._text_writes = string_exchange(library, "Set", driven, driven.driven)
         self._slopes = slope_exchange(library, "SetRealInputDerivatives", block.slopes)
         self._output_slopes = slope_exchange(library, "GetRealOutputDerivatives", block.output_slopes)
 
@@ -135,6 +143,8 @@ class FmuSlave:
             status = call.function(self._instance, call.references, call.count, call.base + row * call.stride)
             if status:
                 self._judge(call.name, status)
+        if self._text_writes is not None and (status := self._text_writes.set(self._instance, row)):
+            self._judge(self._text_writes.name, status)
         if self._slopes is not None and row:
             self._exchange_slopes(self._slopes, row)
 
@@ -152,12 +162,13 @@ class FmuSlave:
             status = call.function(self._instance, call.references, call.count, call.base + row * call.stride)
             if status:
                 self._judge(call.name, status)
-
+        if self._text_reads is not None and (status := self._text_reads.get(self._instance, row)):
+            self._judge(self._text_reads.name, status)
         if self._output_slopes is not None and self._started:
             self._exchange_slopes(self._output_slopes, row)
 
     def calls(self) -> StepCalls:
-        """Return what a step calls; once initialised."""
+        """Return what a step calls but for strings; once initialised."""
         return StepCalls(self._instance, self._do_step, self._writes, self._reads, self._slopes, self._output_slopes)
 
     def arrive(self, time: float) -> None:
@@ -243,7 +254,7 @@ class FmuSlave:
 
     def _get(self, variable: Variable) -> Value:
         """Return the present value of one variable."""
-        kind = _kind(variable)
+        kind = base_type(variable)
         value = ELEMENTS[kind]()
         self._must(f"Get{kind}", byref(c_uint(variable.reference)), 1, byref(value))
         if kind == "String":
@@ -289,11 +300,6 @@ class FmuSlave:
             return self._time
         end = min(max(told.value, self._time), self._time + size)
         return end if abs(told.value - end) <= 1e-6 * size else self._time
-
-
-def _kind(variable: Variable) -> str:
-    """Return the type in the names of the functions that get and set a variable."""
-    return "String" if variable.type == "String" else base_type(variable)
 
 
 @contextmanager

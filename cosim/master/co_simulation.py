@@ -22,7 +22,7 @@ from cosim.master.observation import Observation
 from cosim.master.run import Progress, Run, Snapshot
 from cosim.master.slave import Slave
 from cosim.recording.result import Result, RowMemory, Rows
-from cosim.system.compatibility import StartValues, check_system
+from cosim.system.compatibility import StartValues, check_system, with_numbers
 from cosim.system.dependency import feedthrough_loops
 from cosim.system.field_units import in_declared_units
 from cosim.system.method import Method
@@ -112,6 +112,7 @@ class Master:
         descriptions = {name: slave.description for name, slave in slaves.items()}
         system = in_declared_units(system, descriptions)
         start_values = check_system(system, descriptions)
+        system = with_numbers(system, descriptions)
         step_size = _within_run(slaves, start_time, stop_time, step_size)
         grid = _grid(system, slaves, start_time, stop_time, step_size)
         repeats = method.implicit or method.tolerance is not None

@@ -23,7 +23,7 @@ from cosim.system.dependency import stepping_order
 from cosim.system.description import Description, Variable
 from cosim.system.method import Method
 from cosim.system.signals import Value
-from cosim.system.structure import System
+from cosim.system.structure import Port, System
 
 
 class ForwardRun:
@@ -51,8 +51,14 @@ class ForwardRun:
         self._end: EndRequestError | None = None
         self._size = window_size(grid.steps)
         # Before any clock runs: compiling takes seconds, once.
-        self._library, self._why = loop_library(slaves) if method.compiled else (None, "the method asks for it")
         descriptions = {name: slave.description for name, slave in slaves.items()}
+        text = next(exchanged_texts(system, descriptions), None)
+        if not method.compiled:
+            self._library, self._why = None, "the method asks for it"
+        elif text is not None:
+            self._library, self._why = None, f"{text} is a String"
+        else:
+            self._library, self._why = loop_library(slaves)
         self.order = stepping_order(system, descriptions, method.order)
         first = float(grid.points(0, 0).signal_times[0])
         self.blocks = {
@@ -126,6 +132,16 @@ def window_block(
     slopes = allocate_slopes(references, rows) if description.can_interpolate_inputs else None
     block = allocate_block(description, driven_inputs(system, component), start_values, rows)
     return replace(block, slopes=slopes)
+
+
+def exchanged_texts(system: System, descriptions: Mapping[str, Description]) -> Iterator[Port]:
+    """Go through the strings that are read or set in every step."""
+    driven = {*system.inputs, *(connection.target for connection in system.connections)}
+    for name, description in descriptions.items():
+        for variable in description.variables:
+            port = Port(name, variable.name)
+            if variable.type == "String" and (variable.causality == "output" or port in driven):
+                yield port
 
 
 def readable_steps(nodes: tuple[Node, ...]) -> Callable[[Points], EndRequestError | None]:

@@ -27,6 +27,7 @@ from cosim.errors import LoopError
 from cosim.master.coupled_loop import CoupledLoop
 from cosim.master.run import Settling, exchange, initialise
 from cosim.master.wiring import Channel, Node, Span
+from cosim.system.signals import Value
 from cosim.system.structure import Port
 
 
@@ -262,6 +263,8 @@ def _jumps(channel: Channel, begin: int, size: float) -> bool:
     return _differ(output, arrived, channel.nominal) and abs(output - arrived) > _CURVATURE * abs(change)
 
 
-def _differ(first: float, second: float, nominal: float) -> bool:
+def _differ(first: Value, second: Value, nominal: float) -> bool:
     """Tell whether two values differ by more than rounding."""
+    if isinstance(first, str) or isinstance(second, str):
+        return first != second
     return abs(first - second) > _ROUNDING * max(abs(first), nominal)

@@ -38,10 +38,11 @@ def write_checkpoint(path: Path, snapshot: Snapshot) -> None:
     """
     head = {"format": FORMAT, "arrays": sorted(snapshot.arrays), "notes": snapshot.notes}
     content = np.frombuffer(json.dumps(head).encode(), np.uint8)
+    plain = {name: values.astype(str) if values.dtype == object else values for name, values in snapshot.arrays.items()}
     draft = path.with_name(f".{path.name}.new")
     try:
         with draft.open("wb") as file:
-            np.savez(file, allow_pickle=False, **{_HEAD: content}, **snapshot.arrays)
+            np.savez(file, allow_pickle=False, **{_HEAD: content}, **plain)
             file.flush()
             os.fsync(file.fileno())
         draft.replace(path)

@@ -204,7 +204,7 @@ _SIGNAL_KEYS = {
 
 
 def read_signal(content: object, where: str, folder: Path) -> Signal:
-    """Build a signal from a number, a Boolean, or a table with a kind.
+    """Build a signal from a number, a Boolean, a string, or a table with a kind.
 
     Parameters
     ----------
@@ -220,18 +220,16 @@ def read_signal(content: object, where: str, folder: Path) -> Signal:
     ScenarioError
         If it is not understood.
     """
-    if isinstance(content, bool | int | float):
+    if isinstance(content, bool | int | float | str):
         return Constant(content)
     if not isinstance(content, dict):
-        raise ScenarioError(f"{where} is {content!r}; expected a number, true, false or a table with a kind")
+        raise ScenarioError(f"{where} is {content!r}; expected a number, true, false, a string or a table with a kind")
     kind = TomlTable(cast(object, content), where).text("kind")
     if kind not in _SIGNAL_KEYS:
         raise ScenarioError(f"{where}.kind is '{kind}'{suggestion(kind, _SIGNAL_KEYS)}")
     table = TomlTable(cast(object, content), where, ("kind", *_SIGNAL_KEYS[kind]))
     build: dict[str, Callable[[], Signal]] = {
-        Step.kind: lambda: Step(
-            table.number_or_boolean("before"), table.number_or_boolean("after"), table.number("at")
-        ),
+        Step.kind: lambda: Step(table.level("before"), table.level("after"), table.number("at")),
         Ramp.kind: lambda: ramp(*(table.number(key) for key in Ramp.parts())),
         Table.kind: lambda: _points(table, folder),
     }
@@ -328,11 +326,11 @@ class TomlTable:
             raise ScenarioError(f"{self.path(key)} is {value!r}; expected true or false")
         return value
 
-    def number_or_boolean(self, key: str) -> float | int | bool:
-        """Take a number or a Boolean, as it is."""
+    def level(self, key: str) -> Value:
+        """Take a number, a Boolean or a string, as it is."""
         value = self._get(key, None)
-        if not isinstance(value, int | float):
-            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number, true or false")
+        if not isinstance(value, int | float | str):
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number, true, false or a string")
         return value
 
     def array(self, key: str) -> list[object]:

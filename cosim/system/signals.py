@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cosim.errors import ScenarioError
 
 Value = float | int | bool | str
-Level = float | int | bool
+Level = Value
 FloatArray = NDArray[np.float64]
 
 Change = tuple[float, float, float, float]
@@ -91,7 +91,7 @@ class Signal(Protocol):
 
 @dataclass(frozen=True)
 class Constant(Signal):
-    """One value for ever; of any type but String."""
+    """One value for ever, of any type; for an enumeration a number or an item's name."""
 
     kind: ClassVar[str] = "constant"
 
@@ -108,7 +108,9 @@ class Constant(Signal):
     @property
     def change(self) -> Change | None:
         """No change at time 0, of a number."""
-        return None if isinstance(self.value, bool) else (float(self.value), float(self.value), 0.0, 0.0)
+        if isinstance(self.value, bool | str):
+            return None
+        return float(self.value), float(self.value), 0.0, 0.0
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -130,7 +132,7 @@ class Constant(Signal):
 
 @dataclass(frozen=True)
 class Step(Signal):
-    """`before` until the time `at` [s], `after` from then on; of any type but String."""
+    """`before` until the time `at` [s], `after` from then on; of any type, as `Constant`."""
 
     kind: ClassVar[str] = "step"
 
@@ -141,7 +143,7 @@ class Step(Signal):
     def __post_init__(self) -> None:
         _take_plain(self, "before", "after", "at")
         _require_finite("step", at=self.at)
-        if isinstance(self.before, bool) is not isinstance(self.after, bool):
+        if any(isinstance(self.before, kind) is not isinstance(self.after, kind) for kind in (bool, str)):
             raise ScenarioError(f"step: before is {self.before!r} and after is {self.after!r}; expected the same type")
 
     @property
@@ -152,7 +154,9 @@ class Step(Signal):
     @property
     def change(self) -> Change | None:
         """A jump of a number."""
-        return None if isinstance(self.before, bool) else (float(self.before), float(self.after), self.at, 0.0)
+        if isinstance(self.before, bool | str) or isinstance(self.after, bool | str):
+            return None
+        return float(self.before), float(self.after), self.at, 0.0
 
     @property
     def breakpoints(self) -> tuple[float, ...]:

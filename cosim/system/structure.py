@@ -109,6 +109,8 @@ class Connection:
     ----------
     source, target : str or Port
         Output and input, each as ``component.variable``.
+    unconverted : bool
+        Pass values on as they are, whatever the units of the ends are.
 
     Raises
     ------
@@ -118,10 +120,12 @@ class Connection:
 
     source: Port
     target: Port
+    unconverted: bool
 
-    def __init__(self, source: str, target: str) -> None:
+    def __init__(self, source: str, target: str, *, unconverted: bool = False) -> None:
         object.__setattr__(self, "source", Port.parse(source))
         object.__setattr__(self, "target", Port.parse(target))
+        object.__setattr__(self, "unconverted", unconverted)
 
 
 @dataclass(frozen=True, init=False)
@@ -232,9 +236,7 @@ class System:
         parameters = {component.name: dict(component.parameters) for component in self.components}
         for port, value in ((Port.parse(name), plain_value(value)) for name, value in values.items()):
             component = self.component_of(port).name
-            if port in inputs and isinstance(value, str):
-                raise SystemDefinitionError(f"{port}: value is '{value}'; expected a number or a Boolean")
-            if port in inputs and not isinstance(value, str):
+            if port in inputs:
                 inputs[port] = Constant(value)
             else:
                 parameters[component][port.variable] = value

@@ -12,11 +12,11 @@ import tempfile
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from cosim.errors import EndRequestError, FmuFileError, LostSlaveError, RunError, SlaveError, format_time
 from cosim.fmi2.isolation.process import IsolatedProcess, Limits, ProcessLostError, Reply
-from cosim.fmi2.isolation.protocol import Operation, shape_of, shared_block, shared_size
+from cosim.fmi2.isolation.protocol import TEXTS, Operation, shape_of, shared_block, shared_size
 from cosim.recording.record import BASE_TYPES, Block
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
@@ -178,6 +178,9 @@ class IsolatedSlave:
     def _ask(self, operation: Operation, **arguments: Any) -> None:
         """Have an operation done, and raise what it raises there."""
         write, self._written = self._written, _NOT_WRITTEN
+        if write != _NOT_WRITTEN and (driven := self._shared.inputs["String"].driven):
+            texts = self._shared.inputs["String"].values[write, :driven].tolist()
+            arguments["content"] = {**arguments.get("content", {}), TEXTS: texts}
         try:
             reply = self._process.ask(operation, write=write, **arguments)
         except ProcessLostError as error:
@@ -192,6 +195,7 @@ class IsolatedSlave:
             extra = {"category": str(category), "says_why": bool(says_why)}
             logging.getLogger(f"cosim.fmi2.{self.name}").log(int(level), "%s", text, extra=extra)
         if not reply.failed:
+            self._take_texts(reply.content.get(TEXTS))
             return
         error = reply.content.get("error", {})
         if "end" in error:
@@ -201,6 +205,13 @@ class IsolatedSlave:
             raise SlaveError(self.name, self._time, *what)
         kind = FmuFileError if error.get("file") else RunError
         raise kind(str(error.get("text", "")))
+
+    def _take_texts(self, texts: object) -> None:
+        """Take strings that have been read there; what is no string, or one too many, is none."""
+        if isinstance(texts, list):
+            values = self._shared.outputs["String"].values
+            for column, text in enumerate(cast(list[object], texts)[: values.shape[1]]):
+                values[1, column] = str(text)
 
 
 @contextmanager

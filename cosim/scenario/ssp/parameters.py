@@ -21,8 +21,19 @@ from cosim.scenario.ssp.document import (
     ssm,
     ssv,
 )
-from cosim.system.description import BASE_UNITS, Description, Unit, Variable
+from cosim.system.description import (
+    BASE_UNITS,
+    Description,
+    Match,
+    Unit,
+    Variable,
+    compare,
+    converted,
+    describe,
+)
 from cosim.system.signals import Value
+
+log = logging.getLogger("cosim")
 
 
 @dataclass(frozen=True)
@@ -32,23 +43,37 @@ class Given:
     value: Value
     unit: Unit | None = None
 
-    def for_variable(self, label: str, variable: Variable) -> Value:
-        """Return the value in the unit of a variable.
+    def for_variable(self, label: str, variable: Variable, told: set[str] | None = None) -> Value:
+        """Return the value in the unit of a variable, by the rule of `cosim.system.description.compare`.
+
+        Parameters
+        ----------
+        label : str
+            Its full name, for messages.
+        variable : Variable
+            What the value is for.
+        told : set of str, optional
+            Units that have been warned of, which is done once for each.
 
         Raises
         ------
         SspError
             If the units cannot be converted into each other.
         """
-        source, target = self.unit, variable.unit
-        if source is None or isinstance(self.value, bool | str) or source == target:
+        source, target = self.unit, variable.measured_in
+        if source is None or isinstance(self.value, bool | str):
             return self.value
-        if target is None or source.powers is None or source.powers != target.powers:
-            wanted = target.name if target else "no unit"
-            raise SspError(f"{label} is given in {source.name}; expected {wanted} or what can be converted into it")
-        if (source.factor, source.offset) == (target.factor, target.offset):
-            return self.value
-        return (self.value * source.factor + source.offset - target.offset) / target.factor
+        source = source.of_differences if variable.relative else source
+        match = compare(source, target)
+        if match is Match.DIFFERENT or (match is Match.UNKNOWN and target is not None):
+            raise SspError(
+                f"{label} is given in {describe(source)}; expected {describe(target)} or what can be converted into it"
+            )
+        told = set() if told is None else told
+        if match in (Match.ASSUMED, Match.UNKNOWN) and source.name not in told:
+            told.add(source.name)
+            log.warning("%s is given in %s and taken as %s as it is", label, describe(source), describe(target))
+        return converted(self.value, source, target)
 
 
 SET_NAME = "start values"
@@ -87,7 +112,7 @@ def read_parameter_set(root: Element, where: str) -> dict[str, Given]:
     Raises
     ------
     SspError
-        If a value is binary, a name is given twice, or a unit is not defined.
+        If a value is binary, or a name is given twice.
     """
     units = read_units(root.find(ssv("Units")))
     values: dict[str, Given] = {}
@@ -111,9 +136,7 @@ def _given(element: Element, units: Mapping[str, Unit], where: str) -> Given:
     match plain_name(element.tag):
         case "Real":
             unit = element.get("unit")
-            if unit is not None and unit not in units:
-                raise SspError(f"{where} is in the unit {unit}, which the parameter set does not define")
-            return Given(float(text), units[unit] if unit is not None else None)
+            return Given(float(text), units.get(unit, Unit(unit)) if unit is not None else None)
         case "Integer":
             return Given(int(text))
         case "Boolean":
@@ -136,9 +159,6 @@ def _unit(element: Element) -> Unit:
     base = element[0]
     powers = tuple(int(base.get(name, "0")) for name in BASE_UNITS)
     return Unit(str(element.get("name")), powers, float(base.get("factor", "1")), float(base.get("offset", "0")))
-
-
-log = logging.getLogger("cosim")
 
 
 def read_bindings(archive: SspSource, element: Element, where: str) -> dict[str, Given]:
@@ -203,6 +223,7 @@ def component_values(
     """
     prefix = f"{name}."
     values: dict[str, Value] = {}
+    told: set[str] = set()
     for variable, given in {**bound, **above}.items():
         label = prefix + variable
         if variable not in description.by_name:
@@ -210,7 +231,7 @@ def component_values(
         elif label in driven:
             log.warning("%s: a connection drives this input; its start value is ignored", label)
         else:
-            values[variable] = given.for_variable(label, description.by_name[variable])
+            values[variable] = given.for_variable(label, description.by_name[variable], told)
     return values
 
 

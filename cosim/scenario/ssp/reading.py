@@ -7,6 +7,7 @@ components and systems. Transformations on connections are not, and units are no
 
 from __future__ import annotations
 
+import logging
 import re
 import tempfile
 from collections.abc import Generator, Mapping, Sequence
@@ -155,6 +156,8 @@ def _unpack(archive: SspSource, label: str, component: Element, folder: Path, wh
     return place / file
 
 
+log = logging.getLogger("cosim")
+
 _CLASHES = (Match.DIFFERENT, Match.SCALED)
 
 
@@ -183,13 +186,13 @@ def _connections(
         origin = Port(source.owner, source.name)
         _check_connector(topology, origin, descriptions, units)
         given, wanted = (_unit_of(topology, port, descriptions, units) for port in (origin, target))
-        kept = all(element.get("suppressUnitConversion") in ("true", "1") for element in way)
-        if compare(given, wanted) in _CLASHES and not kept:
+        unconverted = all(element.get("suppressUnitConversion") in ("true", "1") for element in way)
+        if compare(given, wanted) in _CLASHES and not unconverted:
             raise SspError(
                 f"{topology.where}: connection {origin} -> {target} leads from {describe(given)} to "
                 f"{describe(wanted)}; conversion of units is not supported"
             )
-        connections.append(Connection(origin, target))
+        connections.append(Connection(origin, target, unconverted=unconverted))
     return tuple(connections), from_outside
 
 
@@ -201,22 +204,27 @@ def _check_connector(
     if port.variable not in description.by_name:
         hint = suggestion(port.variable, description.by_name)
         raise SspError(f"{label}: {description.model_name} has no variable of that name{hint}")
-    variable = description.by_name[port.variable]
+    own = description.by_name[port.variable].measured_in
     unit = _unit_of(topology, port, descriptions, units)
-    if variable.unit is not None and unit is not None and compare(unit, variable.unit) is not Match.SAME:
+    match = Match.SAME if own is None or unit is None else compare(unit, own)
+    if match in _CLASHES:
         raise SspError(
-            f"{label} is in {describe(unit)}, the FMU's variable in {describe(variable.unit)}; "
+            f"{label} is in {describe(unit)}, the FMU's variable in {describe(own)}; "
             "conversion of units is not supported"
         )
+    if match is not Match.SAME:
+        log.warning("%s is in %s, the FMU's variable in %s; taken for the same", label, describe(unit), describe(own))
 
 
 def _unit_of(
     topology: Topology, port: Port, descriptions: Mapping[str, Description], units: Mapping[str, Unit]
 ) -> Unit | None:
     """Return the unit of a connector: its own or, if it has none, that of the FMU's variable."""
+    variable = descriptions[port.component].by_name[port.variable]
     for element in topology.components[port.component].iterfind(f"{ssd('Connectors')}/{ssd('Connector')}"):
         kind = element.find(ssc("Real"))
         given = kind.get("unit") if kind is not None else None
         if element.get("name") == port.variable and given is not None:
-            return units.get(given, Unit(given))
-    return descriptions[port.component].by_name[port.variable].unit
+            unit = units.get(given, Unit(given))
+            return unit.of_differences if variable.relative else unit
+    return variable.measured_in

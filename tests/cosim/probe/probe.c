@@ -14,6 +14,7 @@
 
 enum { VR_U, VR_V, VR_INTEGRAL, VR_U_SEEN, VR_FAIL_AT, VR_FAIL_STATUS, VR_GAIN, REALS };
 enum { VR_N, VR_N_NEXT, VR_MODE, INTEGERS };
+enum { VR_TEXT, VR_SAID, VR_HEARD, TEXTS };
 
 typedef struct {
     const fmi2CallbackFunctions *functions;
@@ -22,7 +23,7 @@ typedef struct {
     double u_dot;
     int integer[INTEGERS];
     int flag;
-    char text[64];
+    char text[TEXTS][64];
     double time;
     double stop;
     int promised; /* not to go back */
@@ -41,7 +42,7 @@ static void say(Probe *self, fmi2Status status, const char *format, double value
 enum { SEGFAULT = 10, ABORT, EXIT, HANG, GROW, DEMAND, SHOUT };
 
 static void misbehave(Probe *self, const char *place) {
-    if (self->real[VR_FAIL_STATUS] < SEGFAULT || strcmp(self->text[0] ? self->text : "step", place) != 0) return;
+    if (self->real[VR_FAIL_STATUS] < SEGFAULT || strcmp(self->text[VR_TEXT][0] ? self->text[VR_TEXT] : "step", place) != 0) return;
     switch ((int)self->real[VR_FAIL_STATUS]) {
     case SEGFAULT: signal(SIGSEGV, SIG_DFL); raise(SIGSEGV); break;
     case ABORT: abort();
@@ -90,7 +91,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2R
     self->stop = f;
     if (strcmp(self->name, "resetting") == 0) {
         self->real[VR_GAIN] = 1.0;
-        self->text[0] = 0;
+        self->text[VR_TEXT][0] = 0;
     }
     return fmi2OK;
 }
@@ -156,13 +157,13 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     return fmi2OK;
 }
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
-    SELF; (void)vr;
-    for (size_t i = 0; i < n; i++) strncpy(self->text, value[i], sizeof self->text - 1);
+    SELF;
+    for (size_t i = 0; i < n; i++) strncpy(self->text[vr[i]], value[i], sizeof self->text[0] - 1);
     return fmi2OK;
 }
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
-    SELF; (void)vr;
-    for (size_t i = 0; i < n; i++) value[i] = self->text;
+    SELF;
+    for (size_t i = 0; i < n; i++) value[i] = self->text[vr[i]];
     return fmi2OK;
 }
 
@@ -195,6 +196,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_ro
     /* Exact for an input that is linear within the step. */
     self->real[VR_INTEGRAL] += self->real[VR_GAIN] * h * (self->real[VR_U] + 0.5 * h * self->u_dot);
     self->real[VR_U_SEEN] = self->real[VR_U] + h * self->u_dot;
+    memcpy(self->text[VR_HEARD], self->text[VR_SAID], sizeof self->text[0]);
     self->integer[VR_N_NEXT] = self->integer[VR_N] + self->integer[VR_MODE];
     self->time = t + h;
     self->promised = no_rollback;

@@ -11,10 +11,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from cosim import simulate
 from cosim.cli.app import app
 from cosim.errors import InputError
 from cosim.scenario.scenario import Scenario
 from cosim.scenario.ssp.reading import open_ssp
+from cosim.scenario.ssp.writing import export_ssp
 from cosim.system.signals import Value
 
 NAMESPACES = " ".join(
@@ -176,6 +178,51 @@ def test_units_of_parameters_are_converted(make: Make) -> None:
     assert value == pytest.approx(3.14159265358979, rel=1e-15)
 
 
+def test_a_unit_that_the_set_does_not_define_is_taken_by_its_name(make: Make, caplog: pytest.LogCaptureFixture) -> None:
+    given = parameter_set(parameter("u", "Real", "30", unit="rad/s"))
+    with caplog.at_level(logging.WARNING, "cosim"):
+        assert parameters(make({"<!--bindings-->": bindings(inline(given))})) == {"u": 30.0}
+    (record,) = caplog.records
+    assert record.getMessage() == "one.u is given in rad/s and taken as rad/s (= s^-1 rad) as it is"
+
+
+@pytest.mark.parametrize(("unit", "units"), [("rpm", ""), ("m", '<ssc:Unit name="m"><ssc:BaseUnit m="1"/></ssc:Unit>')])
+def test_a_unit_that_cannot_be_converted_is_refused(make: Make, unit: str, units: str) -> None:
+    given = parameter_set(parameter("u", "Real", "1", unit=unit), units=units)
+    found = refusal(make({"<!--bindings-->": bindings(inline(given))}))
+    assert found.startswith(f"one.u is given in {unit}")
+    assert found.endswith("; expected rad/s (= s^-1 rad) or what can be converted into it")
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        ('unit="rad/s"', "connector two.u is in rad/s, the FMU's variable in rad/s (= s^-1 rad); taken for the same"),
+        ('unit="1/min"', "connector two.u is in 1/min, the FMU's variable in rad/s (= s^-1 rad); taken for the same"),
+    ],
+)
+def test_a_connector_in_a_unit_that_is_not_defined_is_taken_with_a_warning(
+    make: Make, caplog: pytest.LogCaptureFixture, other: str, message: str
+) -> None:
+    with caplog.at_level(logging.WARNING, "cosim"):
+        read(make({'name="u" kind="input"><ssc:Real/>': f'name="u" kind="input"><ssc:Real {other}/>'}))
+    assert message in caplog.text
+
+
+def test_suppressed_conversion_of_units_passes_values_on_as_they_are(make: Make, tmp_path: Path) -> None:
+    replace = {
+        '<ssd:Connector name="u" kind="input"><ssc:Real/>': '<ssd:Connector name="v" kind="input"><ssc:Real/>',
+        'endConnector="u"': 'endConnector="v"',
+        "<!--bindings-->": bindings(inline(parameter_set(parameter("u", "Real", "2.5")))),
+    }
+    assert "one.u_seen -> two.v leads from rad/s (= s^-1 rad) to rpm" in refusal(make(replace))
+    suppressed = replace | {'endConnector="u"': 'endConnector="v" suppressUnitConversion="true"'}
+    with open_ssp(make(suppressed), step_size=0.125) as scenario:
+        assert simulate(scenario)["two.v"][-1] == 2.5
+        export_ssp(scenario, tmp_path / "again.ssp")
+    assert read(tmp_path / "again.ssp").system.connections[0].unconverted
+
+
 def test_values_nothing_takes_are_ignored_with_a_warning(make: Make, caplog: pytest.LogCaptureFixture) -> None:
     given = parameter_set(parameter("two.u", "Real", "1"), parameter("two.gaim", "Real", "1"))
     with caplog.at_level(logging.WARNING, "cosim"):
@@ -269,10 +316,6 @@ MAPPING = (
         (
             {"<!--bindings-->": bindings(inline(parameter_set(parameter("u", "Real", "two"))))},
             "a parameter binding of one breaks the schema of SSP 1.0: Element 'Real', attribute 'value': 'two' is not",
-        ),
-        (
-            {"<!--bindings-->": bindings(inline(parameter_set(parameter("u", "Real", "1", unit="rpm"))))},
-            "a parameter binding of one: u is in the unit rpm, which the parameter set does not define",
         ),
         (
             {"<!--bindings-->": bindings(inline(parameter_set(*[parameter("u", "Real", "1")] * 2)))},

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cosim.check import Comparison, Finding, Group, Report, Verdict, check_fmu
-from cosim.check.comparison import UNSTATED, Result, compare, default_tolerance
+from cosim.check.examination.simulate import UNSTATED, Result, compare, default_tolerance
 from cosim.check.reference import Tolerance, read_reference, read_series
 from cosim.errors import InputError
 from cosim.system.description import Variable

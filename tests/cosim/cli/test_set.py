@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from cosim import Component, Constant, Step, System
 from cosim.cli.app import app
 from cosim.run.options import RunOptions
+from cosim.scenario.ssp.reading import open_ssp
 from cosim.system.compatibility import Written, check_system, read_written
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
@@ -95,3 +96,14 @@ def test_what_is_still_to_be_read_survives_a_manifest() -> None:
     assert again == options
     assert again.overrides is not None
     assert [type(value) for value in again.overrides.values()] == [Written, float, str]
+
+
+def test_what_is_set_for_an_export_takes_the_place_of_a_signal(tmp_path: Path) -> None:
+    path = tmp_path / "set.ssp"
+    result = CliRunner().invoke(
+        app, ["export", "stick-slip", str(path), "--set", "plant.WOB=5e4", "--set", "plant.L=2000"]
+    )
+    assert result.exit_code == 0, result.output
+    with open_ssp(path) as scenario:
+        assert scenario.system.inputs["plant.WOB"] == Constant(50000.0)
+        assert next(part.parameters["L"] for part in scenario.system.components if part.name == "plant") == 2000.0

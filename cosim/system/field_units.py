@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from cosim.errors import SystemDefinitionError
-from cosim.system.description import Description, Match, Unit, compare, describe
+from cosim.system.description import Description, Match, Unit, Variable, compare, describe
 from cosim.system.signals import Table
 from cosim.system.structure import Port, System
 
@@ -102,18 +102,21 @@ def in_declared_units(system: System, descriptions: Mapping[str, Description]) -
     }
     if not known:
         return system
-    converted = {port: _converted(port, inputs[port], variable.unit) for port, variable in known.items()}
+    converted = {port: _converted(port, inputs[port], variable) for port, variable in known.items()}
     return replace(system, inputs={**system.inputs, **converted})
 
 
-def _converted(port: Port, table: Table, declared: Unit | None) -> Table:
+def _converted(port: Port, table: Table, variable: Variable) -> Table:
     """Return a table in the unit that its input declares, and say so."""
+    declared = variable.measured_in
     if declared is None:
         log.warning("%s declares no unit; the values of the table in %s are taken as they are", port, table.unit)
         return replace(table, unit="")
     if table.unit == declared.name:
         return replace(table, unit="")
     source = field_unit(table.unit)
+    if source is not None and variable.relative:
+        source = source.of_differences
     target = declared if declared.powers is not None else field_unit(declared.name)
     if source is None or target is None:
         what = f"which is no unit known here; expected one that is, or a factor to {declared.name}"

@@ -94,6 +94,28 @@ class SlaveError(RunError):
         super().__init__(f"{sentence}: {message}" if message else sentence)
 
 
+class EndRequestError(SlaveError):
+    """A step that an FMU discarded because it wants to end the simulation: for the master a normal end, no failure.
+
+    Attributes
+    ----------
+    end : float
+        The last time up to which the FMU has computed, s.
+    """
+
+    def __init__(self, component: str, time: float, message: str, end: float) -> None:
+        super().__init__(component, time, "fmi2DoStep", "fmi2Discard", message)
+        self.end = end
+
+    def __str__(self) -> str:
+        sentence = f"{self.component} asked to end the simulation at t = {format_time(self.end)} s"
+        return f"{sentence}: {self.message}" if self.message else sentence
+
+    def record(self) -> dict[str, Any]:
+        """Return what is to be told of the end of a run."""
+        return {"component": self.component, "time": self.end, "reason": self.message}
+
+
 class LostSlaveError(RunError):
     """An isolated FMU whose process is gone, because it crashed, ended or had to be stopped.
 

@@ -1,1 +1,1 @@
-"""What goes into the FMUs, and what builds them from it."""
+"""Hold what goes into the FMUs, and build them from it."""

@@ -1,4 +1,4 @@
-"""What can go wrong while FMUs are built."""
+"""Name what can go wrong while FMUs are built."""
 
 
 class BuildError(Exception):

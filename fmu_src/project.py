@@ -1,4 +1,4 @@
-"""Where the sources lie, and what every FMU says about the project they come from."""
+"""Tell where the sources lie, and what every FMU says about the project they come from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How rows of the interface tables are written: units, one function for each kind of row, and what tables share.
+"""Write rows of the interface tables: units, one function for each kind of row, and what tables share.
 
 "Eq. (n)" is an equation of Saldivar et al. (2011); "model n" is a numbered equation of docs/model.md.
 """

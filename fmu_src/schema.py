@@ -1,4 +1,4 @@
-"""What one row of an interface table can say: variables, units and models as plain frozen data.
+"""Define what one row of an interface table can say: variables, units and models as plain frozen data.
 
 The words are those of the FMI 2.0 standard (section 2.2.7 for variables, 2.2.2 for units).
 """
@@ -25,7 +25,7 @@ LOG_CATEGORIES: tuple[tuple[str, str], ...] = (
 
 
 class Packaging(StrEnum):
-    """How the computation is put into an FMU."""
+    """Name the ways in which a computation is put into an FMU."""
 
     NATIVE = "native"
     PYTHON = "python"
@@ -153,5 +153,5 @@ class Model:
 
     @property
     def has_real_inputs(self) -> bool:
-        """Whether derivatives of inputs, and by inputs, have a meaning."""
+        """Tell whether derivatives of inputs, and by inputs, have a meaning."""
         return any(variable.kind == "Real" for variable in self.select("input"))

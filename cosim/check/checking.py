@@ -116,6 +116,7 @@ class _Checking:
         unpacked, do = self._unpacked, self._do
         self._title = _title(description)
         do(Group.DESCRIPTION, "start values", "compare with min and max", partial(file.check_bounds, description))
+        do(Group.DESCRIPTION, "aliases", "compare units, start values", partial(file.check_aliases, description))
         do(Group.DESCRIPTION, "units", "of inputs and outputs", partial(file.check_units, description))
         do(Group.FILE, "sources", "look for declared files", partial(file.check_sources, unpacked, sources))
         do(Group.FILE, "documentation", "look for index.html", partial(file.check_documentation, unpacked))

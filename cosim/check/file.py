@@ -20,7 +20,7 @@ from cosim.errors import FmuFileError
 from cosim.fmi2.archive import open_archive
 from cosim.fmi2.library import built_for, expected_for, find_binary
 from cosim.fmi2.xml_check import check_xml, in_utf8
-from cosim.system.description import Description, Variable
+from cosim.system.description import Description, Match, Variable, compare, describe
 
 _LIBRARIES = (".so", ".dll", ".dylib")
 
@@ -172,6 +172,41 @@ def _out_of_bounds(variable: Variable) -> str | None:
     if (low is not None and start < low) or (high is not None and start > high):
         return f"{variable.name}: start {start:g} is out of its bounds"
     return None
+
+
+def check_aliases(description: Description) -> Outcome:
+    """Check that variables with one value reference have one unit and one start value (FMI 2.0, section 2.2.7)."""
+    sets: dict[tuple[str, int], list[Variable]] = {}
+    for variable in description.variables:
+        kind = "Integer" if variable.type == "Enumeration" else variable.type  # fmi2GetInteger gets both
+        sets.setdefault((kind, variable.reference), []).append(variable)
+    aliases = {key: variables for key, variables in sets.items() if len(variables) > 1}
+    allowed = "same units, same start values"
+    problems = [
+        problem for first, *others in aliases.values() for other in others if (problem := _contradiction(first, other))
+    ]
+    if problems:
+        return failed(some(problems), allowed)
+    return passed(counted(sum(map(len, aliases.values())), "alias variable") if aliases else "none", allowed)
+
+
+def _contradiction(first: Variable, other: Variable) -> str | None:
+    """Say in what two variables with one value contradict each other."""
+    names = f"{first.name} and {other.name}"
+    if compare(first.measured_in, other.measured_in) not in (Match.SAME, Match.ASSUMED):
+        return f"{names} are in {describe(first.measured_in)} and {describe(other.measured_in)}"
+    starts = [_start(variable) for variable in (first, other) if variable.start is not None]
+    if len(set(starts)) > 1:
+        return f"{names} start at {first.start} and {other.start}"
+    return None
+
+
+def _start(variable: Variable) -> str | float:
+    """Return a start value as what it stands for."""
+    text = str(variable.start)
+    if variable.type == "String":
+        return text
+    return text.strip() in ("true", "1") if variable.type == "Boolean" else float(text)
 
 
 def check_units(description: Description) -> Outcome:

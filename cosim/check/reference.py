@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -77,6 +77,11 @@ class Experiment:
     stimuli: Series | None = None
     references: Series | None = None
     tolerances: Mapping[str, Tolerance] = field(default_factory=dict[str, Tolerance])
+
+    def with_numbers(self, description: Description) -> Experiment:
+        """Return the experiment with numbers for the items of enumerations that its columns name."""
+        stimuli = self.stimuli and self.stimuli.with_numbers(description)
+        return replace(self, stimuli=stimuli, references=self.references and self.references.with_numbers(description))
 
 
 def model_names(fmu: Path, description: Description) -> tuple[str, ...]:
@@ -266,6 +271,15 @@ class Series:
     times: FloatArray
     texts: Mapping[str, tuple[str, ...]]
     _numbers: dict[str, FloatArray] = field(default_factory=dict[str, FloatArray], init=False, repr=False)
+
+    def with_numbers(self, description: Description) -> Series:
+        """Return the series with numbers for the items of enumerations."""
+        items = {name: description.by_name[name].items for name in self.texts if name in description.by_name}
+        texts = {
+            name: tuple(str(items.get(name, {}).get(text, text)) for text in column)
+            for name, column in self.texts.items()
+        }
+        return Series(self.path, self.times, texts)
 
     def column(self, name: str) -> FloatArray:
         """Return a column as numbers, true and false as 1 and 0; InputError if one is none."""

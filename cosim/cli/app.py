@@ -1,4 +1,4 @@
-"""The command `cosim`; each of its commands imports what it needs, so that help and lists are there at once.
+"""Define the command `cosim`; each of its commands imports what it needs, so that help and lists are there at once.
 
 It also hands out the FMUs as files for other tools: those that are there, copies of them, and built anew.
 """
@@ -10,7 +10,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import tomllib
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -284,15 +283,13 @@ def _stride(text: str) -> tuple[str, int]:
 
 
 def _override(text: str) -> tuple[str, Value]:
-    """Read ``component.variable=value``; what is no number or Boolean is a string."""
+    """Take ``component.variable=value`` apart; the value is read by the type of the variable."""
+    from cosim.system.compatibility import Written
+
     name, equals, value = text.partition("=")
     if not equals or not value:
         raise InputError(f"--set {text}: expected the form component.variable=value")
-    try:
-        parsed = tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        parsed = value.strip()
-    return name.strip(), parsed if isinstance(parsed, bool | int | float) else value.strip().strip("\"'")
+    return name.strip(), Written(value.strip())
 
 
 _NEEDED = ("ziglang", "pythonfmu", "jinja2")

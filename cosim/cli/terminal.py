@@ -1,4 +1,4 @@
-"""Output of the command line: sentences, progress, and the report of a run.
+"""Write to the terminal: sentences, progress, and the report of a run.
 
 Errors and log messages are one sentence each. Of a run, measures are shown as a table, and then how well the coupling
 was computed and what is not known of it.
@@ -22,7 +22,7 @@ from cosim.errors import CosimError, RunInterruptedError, format_time
 
 if TYPE_CHECKING:
     from cosim.run.job import Job
-    from cosim.run.report import CouplingReport, EnergyResidual, GuardSpan, Manifest
+    from cosim.run.report import CouplingReport, EnergyResidual, GuardSpan, Manifest, NotEstimated, NotIterated
 
 _WIDTH_OF_FILES = 120
 _WIDE = 10_000
@@ -201,11 +201,13 @@ def plain(text: str) -> str:
 
 
 def statement(coupling: CouplingReport) -> tuple[str, ...]:
-    """Say in sentences how a run was coupled; nothing for a run without connections."""
+    """Say in sentences how a run ended before its time, if it did, and how it was coupled, if there are connections."""
     if not coupling.connections:
-        return ()
+        return tuple(_ended(coupling))
     sentences = [
-        *(f"algebraic loop {loop}: {_closed(coupling)}{_guarded(loop, coupling)}" for loop in coupling.loops),
+        *_ended(coupling),
+        *(f"algebraic loop {loop}: {_closed(loop, coupling)}{_guarded(loop, coupling)}" for loop in coupling.loops),
+        *_late(coupling),
         *_iterations(coupling),
         *_error(coupling),
         *(_energy(name, residual) for name, residual in coupling.energy_residual.items()),
@@ -214,12 +216,27 @@ def statement(coupling: CouplingReport) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _closed(coupling: CouplingReport) -> str:
-    """Say what has become of the loops."""
+def _ended(coupling: CouplingReport) -> list[str]:
+    """Say which component has ended the run."""
+    ended = coupling.ended
+    if ended is None:
+        return []
+    sentence = f"{ended['component']} asked to end the simulation at t = {format_time(ended['time'])} s"
+    return [f"{sentence}: {ended['reason']}" if ended["reason"] else sentence]
+
+
+def _closed(loop: str, coupling: CouplingReport) -> str:
+    """Say what has become of a loop."""
     unsolved = coupling.unsolved
     if unsolved is None:
         return f"{coupling.algorithm} passes on values of the step before"
+    late = {name: found for name, found in (coupling.not_iterated or {}).items() if found["loop"] == loop}
+    apart = [_apart(name, found) for name, found in late.items() if found["largest_difference"]]
+    if apart:
+        return f"not closed, as discrete values in it are not iterated: at the end of a step {', '.join(apart)}"
     accuracy = f"to {coupling.iteration_tolerance:g} of the values"
+    if late:
+        accuracy += ", and discrete ones in it, which are not iterated, agreed at the end of every step"
     first = unsolved["first"]
     if not unsolved["steps"] or first is None:
         return f"closed in every step, {accuracy}"
@@ -227,6 +244,21 @@ def _closed(coupling: CouplingReport) -> str:
         f"not closed in {unsolved['steps']} of {_count(coupling.steps, 'step')}, first at t = "
         f"{format_time(first)} s, by {unsolved['largest_residual']:.3g} at most; in the others {accuracy}"
     )
+
+
+def _late(coupling: CouplingReport) -> list[str]:
+    """Say what else was not iterated, and how far its ends lay apart."""
+    return [
+        f"discrete values are not iterated but a step late: at the end of a step {_apart(name, found)}"
+        for name, found in (coupling.not_iterated or {}).items()
+        if found["loop"] is None and found["largest_difference"]
+    ]
+
+
+def _apart(connection: str, found: NotIterated) -> str:
+    """Say how far the ends of a connection lay apart."""
+    when = "" if found["time"] is None else f" (t = {format_time(found['time'])} s)"
+    return f"{connection.replace(' -> ', ' and ')} differ by {found['largest_difference']:.3g} at most{when}"
 
 
 def _guarded(loop: str, coupling: CouplingReport) -> str:
@@ -254,21 +286,34 @@ def _error(coupling: CouplingReport) -> list[str]:
     rejected = [] if coupling.rejected is None else [_count(coupling.rejected, "step") + " rejected"]
     if found is None:
         return [*rejected, "error of the coupling not estimated (a tolerance asks for it)"]
-    text = (
-        f"estimated error {found['largest']:.2g} in a step at most, {found['mean']:.2g} on average, relative to values "
-        f"and nominal values; {', '.join([f'tolerance {coupling.tolerance:g}', *rejected])}"
-    )
+    if found["largest"] is None or found["mean"] is None:
+        text = "error of the coupling unknown, as nothing is passed on that could be compared"
+    else:
+        text = (
+            f"estimated error {found['largest']:.2g} in a step at most, {found['mean']:.2g} on average, relative to "
+            "values and nominal values"
+        )
+    text += f"; {', '.join([f'tolerance {coupling.tolerance:g}', *rejected])}"
     if found["beyond_tolerance"]:
         steps = _count(coupling.steps, "step")
         text += f"; {found['beyond_tolerance']} of {steps} beyond the tolerance at the smallest size"
-    return [text]
+    return [text, *_not_estimated(found["not_estimated"])]
+
+
+def _not_estimated(named: NotEstimated) -> list[str]:
+    """Say what an estimate does not cover."""
+    reasons = ((named["discrete"], "discrete"), (named["components"], "passes on nothing that is compared"))
+    told = [f"{', '.join(names)} ({why})" for names, why in reasons if names]
+    return [f"error not estimated of {', nor of '.join(told)}"] if told else []
 
 
 def _energy(name: str, residual: EnergyResidual) -> str:
     """Say how much energy the coupling made or lost."""
     made = residual["sum"]
     what = "made" if made > 0.0 else "lost"
-    return f"energy {what} by the coupling at {name}: {abs(made):.3g} J of {residual['exchanged']:.3g} J exchanged"
+    text = f"energy {what} by the coupling at {name}: {abs(made):.3g} J of {residual['exchanged']:.3g} J exchanged"
+    discrete = residual.get("discrete")
+    return f"{text}, if {', '.join(discrete)} went on straight lines, not in steps" if discrete else text
 
 
 def _guard(name: str, span: GuardSpan) -> str:

@@ -1,4 +1,4 @@
-"""The energy balance of a run: what the drive gave is stored, or lost in the sliding top and at the bit.
+"""Balance the energy of a run: what the drive gave is stored, or lost in the sliding top and at the bit.
 
 It is eq. (8) of Saldivar et al. (2011), I L / 2 times, with the drive's side of the sliding top as well; eq. (11) in
 docs/model.md. Every term is an integral that the plant accumulates on its own, so that the balance is a check of the
@@ -17,7 +17,7 @@ from cosim.system.signals import FloatArray
 LOSSES = ("top_loss", "bit_loss", "string_loss")
 """Outputs that tell where energy is lost; a plant has those that apply to it."""
 FOLDED = "folded_energy"
-"""What a plant took from its waves to simplify them: an error of the method, and counted as such."""
+"""Energy a plant took from its waves to simplify them: an error of the method, and counted as such."""
 NEEDED = ("energy", "work_in", "drive_work", "top_loss", "bit_loss")
 """Outputs of a plant from which its energy is balanced."""
 

@@ -1,4 +1,4 @@
-"""Where the energy of the string grows along a run with law (9), by how much, and why: Proposition 1 put to a run.
+"""Find where the energy of the string grows along a run with law (9), by how much, and why: Proposition 1 put to it.
 
 The proposition says that it never does, if the law is obeyed at every instant. Over each step the plant tells how its
 energy changed and the work that was done on it at the top. Models tell the work had the law been obeyed at the motion
@@ -40,7 +40,7 @@ CAUSES = (
 )
 """Of growth, see :class:`EnergyGrowth`."""
 _UNSOLVABLE = 3
-"""How much further on in the causes the same one stands where the loop had no solution."""
+"""The distance, in the list of causes, from one to the same where the loop had no solution."""
 _HELD = 1e-9
 """A drive is held if its work says so to this part."""
 _ROUNDING = 1e-12

@@ -1,6 +1,6 @@
-"""Figures of the theory: stability charts, and the cycles between the loss of stability and their fold.
+"""Draw the theory: stability charts, cycles between the loss of stability and their fold, and Proposition 1.
 
-Figures on Proposition 1: where the loop of law (9) as printed has a solution, and what made the energy grow.
+Of the proposition, two figures: where the loop of law (9) as printed has a solution, and what made the energy grow.
 """
 
 from __future__ import annotations

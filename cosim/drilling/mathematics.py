@@ -1,4 +1,4 @@
-"""The mathematics of strings and bits, under a name that clashes with nobody's.
+"""Bring the mathematics of strings and bits, under a name that clashes with nobody's.
 
 The folder is called `models`, as many a project's is. So an installation, editable or not, knows it as `cosim.models`
 alone (setup.py); a type checker, which reads folders, knows it as `models`. This is the one place that bridges the two.

@@ -1,4 +1,4 @@
-"""Measures of a torsional oscillation: peak, period, stuck fraction, mean speed and stick-slip index.
+"""Measure a torsional oscillation: peak, period, stuck fraction, mean speed and stick-slip index.
 
 They come from what the plant accumulates between communication points, so their digits do not depend on the step size:
 stops and releases are known to the instant, extremes are those within steps, and the mean speed is an angle over a

@@ -1,4 +1,4 @@
-"""What is reported of a run that turns a bit: measures, energy balance, and a figure laid out like the paper's.
+"""Report a run that turns a bit: measures, energy balance, and a figure laid out like the paper's.
 
 This is all that running and streaming know of drilling: which columns it takes, what is found in them, how that is
 written to a manifest and shown in a table, and what is drawn.
@@ -158,8 +158,10 @@ def default_signals(types: Mapping[str, np.dtype[Any]]) -> list[str]:
 
 
 def _draw_panel(panel: Any, result: Result, name: str, colour: str) -> None:
-    """Draw one trajectory."""
-    values = result[name] / (1000.0 if result.units.get(name, "") in _THOUSANDS else 1.0)
+    """Draw one trajectory; strings as they follow each other, each at a height of its own."""
+    values = result[name]
+    if values.dtype != object:
+        values = values / (1000.0 if result.units.get(name, "") in _THOUSANDS else 1.0)
     for first in range(0, max(1, values.size - 1), _LONGEST_LINE):
         part = slice(first, first + _LONGEST_LINE + 1)  # a point in common, so that the line has no gap
         panel.plot(result.time[part], values[part], color=colour, linewidth=0.9)

@@ -6,36 +6,41 @@ that a master may return to are kept by number.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
-from ctypes import byref, c_char, c_int, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_char, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import RunError, SlaveError
+from cosim.errors import EndRequestError, RunError, SlaveError
 from cosim.fmi2.functions import (
     ACCEPTED,
     CO_SIMULATION,
     DISCARD,
     ELEMENTS,
     FATAL,
+    LAST_SUCCESSFUL_TIME,
     TERMINATED,
     WARNING,
     SectionExchange,
     SlopeExchange,
     StepCalls,
+    StringExchange,
     bind,
     exchange,
     set_one,
     slope_exchange,
     status_name,
+    string_exchange,
 )
 from cosim.fmi2.library import loaded_fmu
 from cosim.fmi2.log import Journal
-from cosim.recording.record import BASE_TYPES, Block, base_type
+from cosim.recording.record import BASE_TYPES, BaseType, Block, base_type
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
 
+_NUMBERS: tuple[BaseType, ...] = tuple(kind for kind in BASE_TYPES if kind != "String")
 _TRANSIT = -1  # slot of a state on its way to or from bytes
 
 
@@ -69,6 +74,8 @@ class FmuSlave:
         self._block: Block
         self._reads: tuple[SectionExchange, ...] = ()
         self._writes: tuple[SectionExchange, ...] = ()
+        self._text_reads: StringExchange | None = None
+        self._text_writes: StringExchange | None = None
         self._slopes: SlopeExchange | None = None
         self._output_slopes: SlopeExchange | None = None
         self._states: KeptStates | None = None
@@ -92,19 +99,22 @@ class FmuSlave:
         self._block = block  # whose memory the calls use
         self._must("SetupExperiment", False, 0.0, start_time, True, stop_time)
         for variable, value in start_values.items():
-            set_one(self._must, _kind(variable), variable.reference, value)
+            set_one(self._must, base_type(variable), variable.reference, value)
         self._asked = {variable: value for variable, value in start_values.items() if variable.causality == "parameter"}
         library = self._fmu.dll
         self._reads = tuple(
             exchange(library, "Get", kind, section, len(section.variables))
-            for kind, section in ((kind, block.outputs[kind]) for kind in BASE_TYPES)
+            for kind, section in ((kind, block.outputs[kind]) for kind in _NUMBERS)
             if section.variables
         )
         self._writes = tuple(
             exchange(library, "Set", kind, section, section.driven)
-            for kind, section in ((kind, block.inputs[kind]) for kind in BASE_TYPES)
+            for kind, section in ((kind, block.inputs[kind]) for kind in _NUMBERS)
             if section.driven
         )
+        texts, driven = block.outputs["String"], block.inputs["String"]
+        self._text_reads = string_exchange(library, "Get", texts, len(texts.variables))
+        self._text_writes = string_exchange(library, "Set", driven, driven.driven)
         self._slopes = slope_exchange(library, "SetRealInputDerivatives", block.slopes)
         self._output_slopes = slope_exchange(library, "GetRealOutputDerivatives", block.output_slopes)
 
@@ -133,6 +143,8 @@ class FmuSlave:
             status = call.function(self._instance, call.references, call.count, call.base + row * call.stride)
             if status:
                 self._judge(call.name, status)
+        if self._text_writes is not None and (status := self._text_writes.set(self._instance, row)):
+            self._judge(self._text_writes.name, status)
         if self._slopes is not None and row:
             self._exchange_slopes(self._slopes, row)
 
@@ -140,8 +152,8 @@ class FmuSlave:
         """Do one step from the communication point `time` [s] of the communication step size `size` [s]."""
         self._time = time
         status = self._do_step(self._instance, time, size, self._no_rollback)
-        if status:
-            self._judge("fmi2DoStep", status)
+        if status and status != WARNING:
+            raise self.failure("fmi2DoStep", status, size)
         self._time = time + size
 
     def read(self, row: int) -> None:
@@ -150,24 +162,28 @@ class FmuSlave:
             status = call.function(self._instance, call.references, call.count, call.base + row * call.stride)
             if status:
                 self._judge(call.name, status)
-
+        if self._text_reads is not None and (status := self._text_reads.get(self._instance, row)):
+            self._judge(self._text_reads.name, status)
         if self._output_slopes is not None and self._started:
             self._exchange_slopes(self._output_slopes, row)
 
     def calls(self) -> StepCalls:
-        """Return what a step calls; once initialised."""
+        """Return what a step calls but for strings; once initialised."""
         return StepCalls(self._instance, self._do_step, self._writes, self._reads, self._slopes, self._output_slopes)
 
     def arrive(self, time: float) -> None:
         """Take note of the time [s] that others have stepped the FMU to."""
         self._time = time
 
-    def failure(self, function: str, status: int) -> SlaveError:
-        """Return the exception that tells why a call failed, its status being worse than a warning."""
+    def failure(self, function: str, status: int, size: float = 0.0) -> SlaveError:
+        """Return the exception that tells why a call failed, its status being worse than a warning.
+
+        Of a step its size [s] is given, which bounds the time at which an FMU can say that it has ended.
+        """
         self._worst = max(self._worst, status)
         reason = self._journal.failure()
         if function == "fmi2DoStep" and status == DISCARD and self._asks_to_end():
-            reason = f"{reason}; the FMU asks to end the simulation".removeprefix("; ")
+            return EndRequestError(self.name, self._time, reason, self._last_successful_time(size))
         return SlaveError(self.name, self._time, function, status_name(status), reason)
 
     def save(self, slot: int) -> None:
@@ -238,7 +254,7 @@ class FmuSlave:
 
     def _get(self, variable: Variable) -> Value:
         """Return the present value of one variable."""
-        kind = _kind(variable)
+        kind = base_type(variable)
         value = ELEMENTS[kind]()
         self._must(f"Get{kind}", byref(c_uint(variable.reference)), 1, byref(value))
         if kind == "String":
@@ -273,10 +289,17 @@ class FmuSlave:
         wanted = c_int()
         return self._call("GetBooleanStatus", TERMINATED, byref(wanted)) in ACCEPTED and bool(wanted.value)
 
+    def _last_successful_time(self, size: float) -> float:
+        """Return when the FMU ended within a step that it discarded (FMI 2.0.4, section 4.2.2), s.
 
-def _kind(variable: Variable) -> str:
-    """Return the type in the names of the functions that get and set a variable."""
-    return "String" if variable.type == "String" else base_type(variable)
+        One that does not tell, or tells a time outside the step, is taken to have ended where the step began. Many
+        keep a time of their own, which is off by rounding.
+        """
+        told = c_double(math.nan)
+        if self._call("GetRealStatus", LAST_SUCCESSFUL_TIME, byref(told)) not in ACCEPTED:
+            return self._time
+        end = min(max(told.value, self._time), self._time + size)
+        return end if abs(told.value - end) <= 1e-6 * size else self._time
 
 
 @contextmanager

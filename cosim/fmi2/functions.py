@@ -8,7 +8,7 @@ alone, as its wrappers build new arrays for each call, which costs more than man
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from ctypes import Array, byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -17,13 +17,13 @@ from cosim.recording.record import Section, Slopes
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
 ACCEPTED = (OK, WARNING)
-TERMINATED = 3
-"""The fmi2StatusKind that tells whether the FMU wants to end."""
+LAST_SUCCESSFUL_TIME, TERMINATED = 2, 3
+"""The fmi2StatusKinds that tell, after a discarded step, how far the FMU came and whether it wants to end."""
 CO_SIMULATION = 1
 """The fmi2Type of an instance."""
 
 ELEMENTS: Mapping[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
-"""What the values of each base type are in C."""
+"""The C type of the values of each base type."""
 
 _ADDRESS = c_void_p
 _ARGUMENTS: Mapping[str, tuple[Any, ...]] = {
@@ -43,6 +43,7 @@ _ARGUMENTS: Mapping[str, tuple[Any, ...]] = {
     "SetRealInputDerivatives": (_ADDRESS, c_size_t, _ADDRESS, _ADDRESS),
     "GetRealOutputDerivatives": (_ADDRESS, c_size_t, _ADDRESS, _ADDRESS),
     "GetDirectionalDerivative": (_ADDRESS, c_size_t, _ADDRESS, c_size_t, _ADDRESS, _ADDRESS),
+    "GetRealStatus": (c_int, _ADDRESS),
     "GetBooleanStatus": (c_int, _ADDRESS),
     **{f"{way}{kind}": (_ADDRESS, c_size_t, _ADDRESS) for kind in ELEMENTS for way in ("Get", "Set")},
 }
@@ -93,6 +94,34 @@ class SectionExchange:
 
 
 @dataclass(frozen=True)
+class StringExchange:
+    """The getter or setter of the first `count` columns of a section of strings."""
+
+    function: Callable[[c_void_p, c_void_p, c_size_t, Any], int]
+    name: str
+    section: Section
+    count: int
+
+    def get(self, instance: c_void_p, row: int) -> int:
+        """Get the strings into a row, copied before the FMU is called again, and return the status."""
+        texts = (c_char_p * self.count)()
+        status = self._call(instance, texts)
+        if status in ACCEPTED:
+            self.section.values[row, : self.count] = [(text or b"").decode("utf-8", "replace") for text in texts]
+        return status
+
+    def set(self, instance: c_void_p, row: int) -> int:
+        """Set the strings of a row, and return the status."""
+        return self._call(instance, (c_char_p * self.count)(*(text.encode() for text in self._row(row))))
+
+    def _call(self, instance: c_void_p, texts: Array[c_char_p]) -> int:
+        return self.function(instance, c_void_p(self.section.references.ctypes.data), c_size_t(self.count), texts)
+
+    def _row(self, row: int) -> list[str]:
+        return self.section.values[row, : self.count].tolist()
+
+
+@dataclass(frozen=True)
 class SlopeExchange:
     """The setter or getter of first derivatives, and where those of a row are, as in `SectionExchange`."""
 
@@ -107,7 +136,7 @@ class SlopeExchange:
 
 @dataclass(frozen=True)
 class StepCalls:
-    """What a step calls: bare functions of the library, on addresses within the recording."""
+    """Hold what a step calls: bare functions of the library, on addresses within the recording."""
 
     instance: c_void_p
     do_step: Callable[[c_void_p, float, float, c_int], int]
@@ -127,6 +156,13 @@ def exchange(library: Any, verb: str, kind: str, section: Section, count: int) -
         section.values.ctypes.data,
         section.values.strides[0],
     )
+
+
+def string_exchange(library: Any, verb: str, section: Section, count: int) -> StringExchange | None:
+    """Bind the getter or setter of strings to the first `count` columns of a section, if there are any."""
+    if not count:
+        return None
+    return StringExchange(bind(library, f"{verb}String"), f"fmi2{verb}String", section, count)
 
 
 def slope_exchange(library: Any, name: str, slopes: Slopes | None) -> SlopeExchange | None:

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import cast
+from xml.etree import ElementTree
 
 import fmpy.model_description as fmpy_md  # pyright: ignore[reportMissingTypeStubs]
 
@@ -17,6 +18,7 @@ from cosim.fmi2.xml_check import check_xml, in_utf8
 from cosim.system.description import Description, Unit, Variable, VariableType
 
 _FILE = "modelDescription.xml"
+_RELATIVE = "relativeQuantity"
 
 
 def read_description(path: Path, *, validate: bool = True) -> Description:
@@ -45,12 +47,13 @@ def read_description(path: Path, *, validate: bool = True) -> Description:
         raise FmuFileError(f"{path} is an FMU for model exchange only; expected one for co-simulation")
     _refuse_ambiguous_names(path, read)
     units = {str(unit.name): _unit(unit) for unit in read.unitDefinitions}
+    differences = _differences(content)
     start_time, stop_time, step_size = _default_experiment(path, read.defaultExperiment)
     return Description(
         model_name=str(read.modelName),
         model_identifier=str(slave.modelIdentifier),
         guid=str(read.guid),
-        variables=tuple(_variable(path, variable, units) for variable in read.modelVariables),
+        variables=tuple(_variable(path, variable, units, differences) for variable in read.modelVariables),
         can_vary_step=slave.canHandleVariableCommunicationStepSize,
         can_interpolate_inputs=slave.canInterpolateInputs,
         once_per_process=slave.canBeInstantiatedOnlyOncePerProcess,
@@ -155,7 +158,18 @@ def _unit(unit: fmpy_md.Unit) -> Unit:
     return Unit(str(unit.name), powers, base.factor, base.offset)
 
 
-def _variable(path: Path, variable: fmpy_md.ModelVariable, units: Mapping[str, Unit]) -> Variable:
+def _differences(content: bytes) -> dict[str, bool]:
+    """Read which variables say themselves whether they are differences; fmpy 0.3.32 reads it of types only."""
+    if _RELATIVE.encode() not in content:
+        return {}
+    found = ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable")
+    given = {str(variable.get("name")): real.get(_RELATIVE) for variable in found for real in variable.iterfind("Real")}
+    return {name: text.strip() in ("true", "1") for name, text in given.items() if text is not None}
+
+
+def _variable(
+    path: Path, variable: fmpy_md.ModelVariable, units: Mapping[str, Unit], differences: Mapping[str, bool]
+) -> Variable:
     """Convert a variable; what it leaves out, its declared type may give.
 
     Only Real variables are continuous (FMI 2.0, section 2.2.7), whatever the file says or leaves out.
@@ -169,6 +183,7 @@ def _variable(path: Path, variable: fmpy_md.ModelVariable, units: Mapping[str, U
     variability = str(variable.variability)
     if variable.type != "Real" and variability == "continuous":
         variability = "discrete"
+    relative = differences.get(name, declared.relativeQuantity if declared else False)
     _refuse_start(path, name, variable)
     return Variable(
         name=name,
@@ -184,6 +199,7 @@ def _variable(path: Path, variable: fmpy_md.ModelVariable, units: Mapping[str, U
         nominal=abs(_number(path, f"nominal of {name}", nominal) or 1.0) or 1.0,
         items=items,
         description=str(variable.description or ""),
+        relative=bool(relative),
     )
 
 

@@ -15,11 +15,15 @@ from pathlib import Path, PurePosixPath
 from cosim.fmi2.archive import open_archive
 
 _MARK = "resources/slavemodule.txt"
-_held: dict[str, str] = {}  # by name, the digest of what this process has loaded: as global as sys.modules
+
+Files = Mapping[str, str]
+"""Digests of the files of a module or package, by their paths from where Python finds it."""
+
+_held: dict[str, dict[str, str]] = {}  # by name, what FMUs have brought into this process: as global as sys.modules
 
 
-def brought_modules(path: Path) -> dict[str, str]:
-    """Return the digests of the Python modules and packages at the top of an FMU's resources, by name.
+def brought_modules(path: Path) -> dict[str, Files]:
+    """Return the Python modules and packages at the top of an FMU's resources, by name.
 
     Parameters
     ----------
@@ -31,47 +35,37 @@ def brought_modules(path: Path) -> dict[str, str]:
     FmuFileError
         If it is not an archive that can safely be opened.
     """
-    files: dict[str, dict[str, bytes]] = {}
+    modules: dict[str, dict[str, str]] = {}
     with open_archive(path) as archive:
         if _MARK not in archive.names:
             return {}
         for member in archive.names:
             parts = PurePosixPath(member).parts
             if parts[:1] == ("resources",) and len(parts) > 1 and member.endswith(".py"):
-                files.setdefault(parts[1].removesuffix(".py"), {})["/".join(parts[1:])] = archive.read(member)
-    return {name: _digest(content) for name, content in files.items()}
+                files = modules.setdefault(parts[1].removesuffix(".py"), {})
+                files["/".join(parts[1:])] = hashlib.sha256(archive.read(member)).hexdigest()
+    return dict(modules)
 
 
-def differing_module(modules: Mapping[str, str]) -> str | None:
+def differing_module(modules: Mapping[str, Files]) -> str | None:
     """Return the first of an FMU's modules of whose name this process holds another, if there is one."""
-    for name, digest in sorted(modules.items()):
-        held = _held.get(name) or _imported(name)
-        if held is not None and held != digest:
+    for name, files in sorted(modules.items()):
+        held = _held.get(name) or _imported(name, files)
+        if held is not None and any(held.get(file) != digest for file, digest in files.items()):
             return name
     return None
 
 
-def hold(modules: Mapping[str, str]) -> None:
+def hold(modules: Mapping[str, Files]) -> None:
     """Take note of the modules of an FMU that is about to be loaded in this process."""
-    _held.update(modules)
+    for name, files in modules.items():
+        _held.setdefault(name, {}).update(files)
 
 
-def _imported(name: str) -> str | None:
-    """Return the digest of a module that the process has imported by itself; None if there is none with a file."""
+def _imported(name: str, files: Files) -> Files | None:
+    """Return those files of a module that the process has imported by itself; None if it has none of that name."""
     origin = getattr(sys.modules.get(name), "__file__", None)
-    if origin is None or not origin.endswith(".py"):
+    if origin is None:
         return None
-    file = Path(origin)
-    paths = sorted(file.parent.rglob("*.py")) if file.name == "__init__.py" else [file]
-    top = file.parent.parent if file.name == "__init__.py" else file.parent
-    try:
-        return _digest({path.relative_to(top).as_posix(): path.read_bytes() for path in paths})
-    except OSError:
-        return None
-
-
-def _digest(files: Mapping[str, bytes]) -> str:
-    digest = hashlib.sha256()
-    for name, content in sorted(files.items()):
-        digest.update(f"{name}\0{len(content)}\0".encode() + content)
-    return digest.hexdigest()
+    top = Path(origin).parents[1 if Path(origin).name == "__init__.py" else 0]
+    return {file: hashlib.sha256((top / file).read_bytes()).hexdigest() for file in files if (top / file).is_file()}

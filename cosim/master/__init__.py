@@ -1,1 +1,1 @@
-"""The master: it steps slaves from communication point to communication point and exchanges their values."""
+"""Step slaves from communication point to communication point, and exchange their values."""

@@ -1,4 +1,4 @@
-"""The master: couples slaves over communication points and records what they put out.
+"""Couple slaves over communication points, and record what they put out.
 
 Time is the start time plus a whole number of steps, or of parts of them, never a sum of steps. In step mode a
 component's inputs are set, then it steps, then its outputs are read. FMI 2.0 allows no reading between setting and
@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from cosim.errors import format_time
+from cosim.errors import SlaveError, format_time
 from cosim.master.communication_points import Grid, communication_points
 from cosim.master.observation import Observation
 from cosim.master.run import Progress, Run, Snapshot
 from cosim.master.slave import Slave
 from cosim.recording.result import Result, RowMemory, Rows
-from cosim.system.compatibility import StartValues, check_system
+from cosim.system.compatibility import StartValues, check_system, with_numbers
 from cosim.system.dependency import feedthrough_loops
 from cosim.system.field_units import in_declared_units
 from cosim.system.method import Method
@@ -59,7 +59,8 @@ def co_simulate(
     Returns
     -------
     Result
-        Values after initialisation and at the end of each step.
+        Values after initialisation and at the end of each step. Where a component has asked to end the simulation,
+        they go up to the last communication point that all have reached, and the record's ``ended`` tells of it.
 
     Raises
     ------
@@ -111,12 +112,15 @@ class Master:
         descriptions = {name: slave.description for name, slave in slaves.items()}
         system = in_declared_units(system, descriptions)
         start_values = check_system(system, descriptions)
+        system = with_numbers(system, descriptions)
         step_size = _within_run(slaves, start_time, stop_time, step_size)
         grid = _grid(system, slaves, start_time, stop_time, step_size)
         repeats = method.implicit or method.tolerance is not None
         self._slaves = slaves
         self._run = _run(repeats)(system, slaves, start_values, grid, method)
-        self._observation = Observation(system, descriptions, self._run.blocks, self._run.notes)
+        self._observation = Observation(
+            system, descriptions, self._run.blocks, self._run.notes, iterates=method.implicit
+        )
         self.columns = self._observation.columns
         self.steps = grid.steps
         self._record: dict[str, Any] = {
@@ -136,12 +140,12 @@ class Master:
 
     @property
     def done(self) -> float:
-        """Which part of the run has been taken, from 0 to 1."""
+        """Return the part of the run that has been taken, from 0 to 1."""
         return self._run.done
 
     @property
     def plan(self) -> Mapping[str, Any]:
-        """What is known of the run before it is begun: algorithm, order, connections, loops, times."""
+        """Return what is known of the run before it is begun: algorithm, order, connections, loops, times."""
         return self._record
 
     def begin(self) -> None:
@@ -210,9 +214,15 @@ class Master:
 
     def end(self) -> dict[str, Any]:
         """Terminate all components, and return what is to be told of the run."""
+        account = self.account()
         for name in self._run.order:
-            self._slaves[name].terminate()
-        return self.account()
+            try:
+                self._slaves[name].terminate()
+            except SlaveError as error:
+                if account.get("ended", {}).get("component") != name:
+                    raise
+                log.warning("%s", error)  # it has ended itself before
+        return account
 
     def account(self) -> dict[str, Any]:
         """Return what is to be told of the run so far."""

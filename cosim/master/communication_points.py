@@ -1,4 +1,4 @@
-"""Communication points: when the master and the FMUs meet."""
+"""Lay out the communication points, at which the master and the FMUs meet."""
 
 from __future__ import annotations
 

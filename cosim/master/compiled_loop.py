@@ -1,10 +1,8 @@
-"""Steps of a run with known communication points, taken in C where every component is an FMU of this process.
+"""Take the steps of a run with known communication points in C, where every component is an FMU of this process.
 
 The loop to read is `cosim.master.fixed_step.readable_steps`. This one lays out the same calls on the same memory for
 the library of `step_library`, which walks them. It comes back to Python after each window of rows, and where a call
-fails.
-
-The library of the step loop: the one that came with the package, else C99 compiled when it is first needed.
+fails. The library is the one that came with the package, else C99 compiled when it is first needed.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ import fmpy  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 from platformdirs import user_cache_path
 
-from cosim.errors import SlaveError
+from cosim.errors import EndRequestError, SlaveError
 from cosim.fmi2.fmu_slave import FmuSlave
 from cosim.fmi2.functions import SectionExchange, SlopeExchange, StepCalls
 from cosim.master.communication_points import Points
@@ -119,8 +117,13 @@ class StepLoop:
         self._step_rows.restype = c_int
         self._step_rows.argtypes = (c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_size_t, c_void_p)
 
-    def __call__(self, points: Points) -> None:
-        """Take the steps between communication points, which end in the rows from 1 on.
+    def __call__(self, points: Points) -> EndRequestError | None:
+        """Take the steps between communication points, which end in the rows from 1 on, but for an end in between.
+
+        Returns
+        -------
+        EndRequestError or None
+            What a component has asked for in the step that begins at its `time`; that step does not count.
 
         Raises
         ------
@@ -131,9 +134,13 @@ class StepLoop:
         times, sizes, last = np.ascontiguousarray(points.times), np.ascontiguousarray(points.sizes), points.sizes.size
         addresses = times.ctypes.data, sizes.ctypes.data
         if self._step_rows(self._nodes, len(self._nodes), *addresses, 1, last, byref(failure)):
-            raise self._error(failure, points)
+            error = self._error(failure, points)
+            if isinstance(error, EndRequestError):
+                return error
+            raise error
         for slave in self._slaves:
             slave.arrive(float(times[last - 1] + sizes[last - 1]))
+        return None
 
     def _lay_out(self, node: Node, calls: StepCalls) -> _Node:
         """Write a component as the struct of C."""
@@ -169,7 +176,8 @@ class StepLoop:
             time += float(points.sizes[row - 1])
         slave = self._slaves[node]
         slave.arrive(time)
-        return slave.failure(names[int(failure.index) if len(names) > 1 else 0], int(failure.status))
+        name = names[int(failure.index) if len(names) > 1 else 0]
+        return slave.failure(name, int(failure.status), float(points.sizes[row - 1]))
 
 
 def loop_library(slaves: Mapping[str, Slave]) -> tuple[Any, str]:

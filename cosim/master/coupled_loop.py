@@ -1,4 +1,4 @@
-"""Components that depend on each other, stepped again and again from the same state until their values agree.
+"""Step components that depend on each other again and again from the same state, until their values agree.
 
 The components are stepped in order. Connections that lead forward pass on what has just been computed. Those that lead
 back are torn: what they bring is tried, and compared with what comes back. An input of an FMU that interpolates goes on
@@ -6,8 +6,7 @@ a straight line from the value at the beginning of the step to that at its end; 
 the value at the end.
 
 Where the residual of a loop vanishes is found by a fast method that is nearly always enough, and a sure one behind it.
-
-Saying that a loop has no solution: when, between which variables, how far off, and what to try.
+Where it does not vanish, the error says when, between which variables, by how much it fails, and what to try.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from cosim.errors import LoopError, SlaveError, format_time
+from cosim.errors import EndRequestError, LoopError, SlaveError, format_time
 from cosim.master.root_finding import (
     QuasiNewton,
     Residual,
@@ -85,7 +84,7 @@ class LoopSolver:
 
     @property
     def learned(self) -> FloatArray:
-        """What `QuasiNewton` has learned, shape (2 k, n)."""
+        """Return what `QuasiNewton` has learned, shape (2 k, n)."""
         return self._quasi_newton.learned
 
     @learned.setter
@@ -214,7 +213,7 @@ class CoupledLoop:
 
     @property
     def learned(self) -> FloatArray:
-        """What steps have taught, shape (1 + 2 k, n): how the torn values move, and the differences of k trials."""
+        """Return what was learned, shape (1 + 2 k, n): how the torn values move, and the differences of k trials."""
         return np.concatenate([self._slopes[np.newaxis], self._solver.learned])
 
     @learned.setter
@@ -244,7 +243,7 @@ class CoupledLoop:
                 step(scaled * self._scale)
             except SlaveError as error:
                 if error.status != _DISCARD:
-                    raise
+                    raise _end_of(error.component, refusals) or error from None
                 refusals.append(error)
                 return np.full(scaled.size, np.nan)
             return self._outputs(row) / self._scale - scaled
@@ -252,6 +251,9 @@ class CoupledLoop:
         try:
             scaled, trials = solver.solve(residual, start / self._scale)
         except UnsolvedError as failure:
+            ends = [error for error in refusals if isinstance(error, EndRequestError)]
+            if ends:  # it ends where the others would lead it, whatever else was tried
+                raise ends[0] from None
             if refusals and not failure.best.answered:
                 raise refusals[0] from None
             raise self._explain(self, failure, row, time) from None
@@ -280,6 +282,12 @@ class CoupledLoop:
     def _outputs(self, row: int) -> FloatArray:
         """Return what the sources of the torn connections put out."""
         return np.array([channel.output(row) for channel in self.torn])
+
+
+def _end_of(component: str, refusals: Collection[SlaveError]) -> EndRequestError | None:
+    """Return the end that a component has asked for before, if it has: one that stays ended cannot be restored."""
+    ends = (error for error in refusals if isinstance(error, EndRequestError) and error.component == component)
+    return next(ends, None)
 
 
 _REMEDY = (

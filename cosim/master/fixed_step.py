@@ -1,6 +1,6 @@
-"""Runs that only go forward: every step is taken once, straight into the recording.
+"""Run forward only: take every step once, straight into the recording.
 
-The explicit steps between known communication points, to be read; `compiled_loop` takes the same in C.
+`readable_steps` is the loop to be read; `compiled_loop` takes the same steps in C.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from cosim.errors import EndRequestError
 from cosim.master.communication_points import Grid, Points
 from cosim.master.compiled_loop import StepLoop, loop_library
 from cosim.master.run import Settling, Snapshot, block_arrays, initialise, window_size
@@ -22,7 +23,7 @@ from cosim.system.dependency import stepping_order
 from cosim.system.description import Description, Variable
 from cosim.system.method import Method
 from cosim.system.signals import Value
-from cosim.system.structure import System
+from cosim.system.structure import Port, System
 
 
 class ForwardRun:
@@ -47,10 +48,17 @@ class ForwardRun:
     ) -> None:
         self._grid = grid
         self._row = self._recorded = 0
+        self._end: EndRequestError | None = None
         self._size = window_size(grid.steps)
         # Before any clock runs: compiling takes seconds, once.
-        self._library, self._why = loop_library(slaves) if method.compiled else (None, "the method asks for it")
         descriptions = {name: slave.description for name, slave in slaves.items()}
+        text = next(exchanged_texts(system, descriptions), None)
+        if not method.compiled:
+            self._library, self._why = None, "the method asks for it"
+        elif text is not None:
+            self._library, self._why = None, f"{text} is a String"
+        else:
+            self._library, self._why = loop_library(slaves)
         self.order = stepping_order(system, descriptions, method.order)
         first = float(grid.points(0, 0).signal_times[0])
         self.blocks = {
@@ -65,27 +73,32 @@ class ForwardRun:
         return initialise(self._nodes)
 
     def windows(self) -> Iterator[Window]:
-        """Take all steps, in C where that can be had."""
+        """Take all steps, in C where that can be had, or those before a component asks to end."""
         nodes = self._nodes
         take = readable_steps(nodes) if self._library is None else StepLoop(self._library, nodes)
         drives = [drive for node in nodes for drive in node.drives if not drive.constant]
-        while self._row < self._grid.steps:
+        while self._row < self._grid.steps and self._end is None:
             for block in self.blocks.values():
                 block.roll(self._recorded)
             last = min(self._row + self._size, self._grid.steps)
             points = self._grid.points(self._row, last)
             for drive in drives:
                 drive.fill(points)
-            take(points)
+            self._end = take(points)
+            if self._end is not None:
+                last = self._row + int(np.searchsorted(points.times, self._end.time))
+                points = self._grid.points(self._row, last)
             for drive in drives:
                 drive.settle_filled(points)
             first, self._row, self._recorded = self._row, last, points.sizes.size
+            if first and not self._recorded:
+                return
             recorded = {name: block.rows(points.times.size) for name, block in self.blocks.items()}
             yield Window(first, points.times, recorded, {})
 
     @property
     def done(self) -> float:
-        """Which part of the steps has been taken, from 0 to 1."""
+        """Return the part of the steps that has been taken, from 0 to 1."""
         return self._row / self._grid.steps
 
     def snapshot(self) -> Snapshot:
@@ -100,10 +113,13 @@ class ForwardRun:
             values[0] = snapshot.arrays[name]
 
     def record(self) -> dict[str, Any]:
-        """Return the number of steps, and by which loop they were taken; if by the one in Python, why."""
+        """Return how many steps were taken, by which loop, why if by the one in Python, and what ended them early."""
+        record: dict[str, Any] = {"steps": self._grid.steps if self._end is None else self._row}
         if self._library is not None:
-            return {"steps": self._grid.steps, "step_loop": "compiled"}
-        return {"steps": self._grid.steps, "step_loop": "python", "step_loop_reason": self._why}
+            record["step_loop"] = "compiled"
+        else:
+            record |= {"step_loop": "python", "step_loop_reason": self._why}
+        return record if self._end is None else {**record, "ended": self._end.record()}
 
 
 def window_block(
@@ -118,12 +134,29 @@ def window_block(
     return replace(block, slopes=slopes)
 
 
-def readable_steps(nodes: tuple[Node, ...]) -> Callable[[Points], None]:
-    """Return what takes the steps between communication points, which end in the rows from 1 on."""
+def exchanged_texts(system: System, descriptions: Mapping[str, Description]) -> Iterator[Port]:
+    """Go through the strings that are read or set in every step."""
+    driven = {*system.inputs, *(connection.target for connection in system.connections)}
+    for name, description in descriptions.items():
+        for variable in description.variables:
+            port = Port(name, variable.name)
+            if variable.type == "String" and (variable.causality == "output" or port in driven):
+                yield port
 
-    def take(points: Points) -> None:
+
+def readable_steps(nodes: tuple[Node, ...]) -> Callable[[Points], EndRequestError | None]:
+    """Return what takes the steps between communication points, which end in the rows from 1 on.
+
+    It returns what a component has asked for in the step that begins at its `time`; that step does not count.
+    """
+
+    def take(points: Points) -> EndRequestError | None:
         for row, (now, size) in enumerate(zip(points.times.tolist(), points.sizes.tolist(), strict=False), 1):
-            step_once(nodes, row, now, size)
+            try:
+                step_once(nodes, row, now, size)
+            except EndRequestError as end:
+                return end
+        return None
 
     return take
 

@@ -1,20 +1,18 @@
-"""What is seen of a run: its columns by name, and an account of the coupling that is kept as windows come.
+"""Observe a run: its columns by name, and an account of the coupling that is kept as windows come.
 
 Columns are the outputs and inputs of each component, and what is known of the coupling, under ``coupling``.
 
-Guards and limits: Boolean outputs that say that a value is not what the equations ask for.
-
 A law that divides by what may vanish guards the divisor, a drive has a limit. What comes out then closes a loop between
-components like any other value, but it is the guard's or the limit's and not a solution of the equations.
+components like any other value, but it is the guard's or the limit's and not a solution of the equations; Boolean
+outputs say so, and are counted.
 
-Energy that the coupling makes or loses: across a power bond, what is taken in is not just what is given.
-
-Over each step the power taken in is the input as it was set, held or on a straight line, times the output of the same
-component; the power given is the output that drives the input, times what its component was given in return. Between
-communication points outputs are taken to go on straight lines. The difference, integrated over the step, is the energy
-residual: positive where the coupling adds energy. An exact coupling has none. Energy residuals are due to Sadjina,
-Kyllingstad, Skjong and Pedersen (2017), Energy conservation and power bonds in co-simulations, Engineering with
-Computers 33, who take the powers at communication points.
+Across a power bond, what is taken in is not just what is given. Over each step the power taken in is the input as it
+was set, held or on a straight line, times the output of the same component; the power given is the output that drives
+the input, times what its component was given in return. Between communication points outputs are taken to go on
+straight lines. The difference, integrated over the step, is the energy residual: positive where the coupling adds
+energy. An exact coupling has none. Energy residuals are due to Sadjina, Kyllingstad, Skjong and Pedersen (2017), Energy
+conservation and power bonds in co-simulations, Engineering with Computers 33, who take the powers at communication
+points.
 """
 
 from __future__ import annotations
@@ -28,19 +26,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import SystemDefinitionError, format_time, suggestion
-from cosim.recording.record import BASE_TYPES, BaseType, Block, Window
+from cosim.recording.record import BASE_TYPES, BaseType, Block, Section, Window, base_type
 from cosim.recording.result import Column, Rows
+from cosim.system.dependency import Loop, feedthrough_loops, moves
 from cosim.system.description import Description
 from cosim.system.power_bonds import Bond, find_bonds
 from cosim.system.signals import FloatArray
-from cosim.system.structure import COUPLING, Port, System
+from cosim.system.structure import COUPLING, Connection, Port, System
 
 log = logging.getLogger("cosim")
 
 
 @dataclass(frozen=True)
 class _Source:
-    """Where the values of a column are in a block."""
+    """Locate the values of a column in a block."""
 
     column: Column
     component: str
@@ -69,6 +68,8 @@ class Observation:
         What is recorded of them.
     notes : mapping of str to dtype
         What is recorded about each step.
+    iterates : bool
+        Whether loops are closed, so that what is not iterated has to be told.
 
     Raises
     ------
@@ -82,9 +83,16 @@ class Observation:
         descriptions: Mapping[str, Description],
         blocks: Mapping[str, Block],
         notes: Mapping[str, np.dtype[Any]],
+        *,
+        iterates: bool = False,
     ) -> None:
+        loops = feedthrough_loops(system, descriptions) if iterates else ()
+        late = [connection for connection in system.connections if iterates and not moves(connection, descriptions)]
+        self._late = LateWatch(late, loops, descriptions)
         self._guards = GuardWatch(find_guards(system, descriptions))
-        self._accounts = {bond.input: EnergyAccount(bond) for bond in find_bonds(system, descriptions)}
+        self._accounts = {
+            bond.input: EnergyAccount(bond, _discrete(bond, descriptions)) for bond in find_bonds(system, descriptions)
+        }
         self._sources = [source for part in system.components for source in _sources(part.name, blocks[part.name])]
         self._not_finite = False
         float64 = np.dtype(np.float64)
@@ -106,13 +114,16 @@ class Observation:
             {name: values[new] for name, values in columns.items()},
         )
         self._guards.take(rows)
+        self._late.take(window)
         self._warn_of_non_finite(rows)
         return rows
 
     def record(self) -> dict[str, Any]:
         """Return what is to be told of the coupling."""
         residuals = {name: account.summary() for name, account in self._accounts.items()}
-        return {"energy_residual": residuals, "guards": self._guards.summary()}
+        late = self._late.summary()
+        told = {"energy_residual": residuals, "guards": self._guards.summary()}
+        return {**told, "not_iterated": late} if late else told
 
     def snapshot(self) -> dict[str, Any]:
         """Return the account so far, as JSON can hold it."""
@@ -123,6 +134,7 @@ class Observation:
         for name, summary in snapshot["energy_residual"].items():
             self._accounts[name].restore(summary)
         self._guards.restore(snapshot["guards"])
+        self._late.restore(snapshot.get("not_iterated", {}))
         self._not_finite = snapshot["not_finite"]
 
     def _warn_of_non_finite(self, rows: Rows) -> None:
@@ -223,18 +235,79 @@ class GuardWatch:
         self._spans = {name: dict(span) for name, span in summary.items()}
 
 
+class LateWatch:
+    """Notes how far the ends of connections lie apart that an algorithm which closes loops does not iterate.
+
+    Parameters
+    ----------
+    connections : sequence of Connection
+        Those that pass what does not change continuously.
+    loops : sequence of Loop
+        The algebraic loops of the system.
+    descriptions : mapping of str to Description
+        By name of component.
+    """
+
+    def __init__(
+        self, connections: Sequence[Connection], loops: Sequence[Loop], descriptions: Mapping[str, Description]
+    ) -> None:
+        self._kinds: dict[Connection, tuple[BaseType, BaseType]] = {}
+        self._found: dict[str, dict[str, Any]] = {}
+        for connection in connections:
+            source, target = (
+                descriptions[port.component].by_name[port.variable] for port in (connection.source, connection.target)
+            )
+            if "String" in (source.type, target.type):
+                continue
+            self._kinds[connection] = base_type(source), base_type(target)
+            loop = next((str(loop) for loop in loops if connection.target in loop.variables), None)
+            self._found[_arrow(connection)] = {"loop": loop, "largest_difference": 0.0, "time": None}
+
+    def take(self, window: Window) -> None:
+        """Compare both ends at the end of each step."""
+        for connection, (kind, target_kind) in self._kinds.items():
+            source, target = connection.source, connection.target
+            given = _column(window.blocks[source.component].outputs[kind], source)
+            taken = _column(window.blocks[target.component].inputs[target_kind], target)
+            apart = np.nan_to_num(np.abs(given - taken)[1:], nan=0.0, posinf=np.inf)
+            found = self._found[_arrow(connection)]
+            if apart.size and apart.max() > found["largest_difference"]:
+                found["largest_difference"] = float(apart.max())
+                found["time"] = float(window.times[1 + int(np.argmax(apart))])
+
+    def summary(self) -> dict[str, dict[str, Any]]:
+        """Return by connection the loop it is in, if any, the largest difference, and when it was first so large, s."""
+        return {name: dict(found) for name, found in self._found.items()}
+
+    def restore(self, summary: Mapping[str, Mapping[str, Any]]) -> None:
+        """Go on from what was noted."""
+        self._found = {name: dict(summary.get(name, found)) for name, found in self._found.items()}
+
+
+def _arrow(connection: Connection) -> str:
+    """Name a connection."""
+    return f"{connection.source} -> {connection.target}"
+
+
+def _column(section: Section, port: Port) -> FloatArray:
+    """Return the values of a variable as real numbers."""
+    return section.values[:, section.column(port.variable)].astype(np.float64)
+
+
 Line = tuple[FloatArray, FloatArray]
 """Values at the beginnings and ends of steps."""
 
 
 @dataclass
 class EnergyAccount:
-    """What has happened across a bond so far.
+    """Sum up what has happened across a bond so far.
 
     Attributes
     ----------
     bond : Bond
         Of the system that is run.
+    discrete : tuple of Port
+        Its values that do not change continuously, and are taken to go on straight lines all the same.
     sum, absolute : float
         Of the residuals, and of their absolute values, J.
     exchanged : float
@@ -242,6 +315,7 @@ class EnergyAccount:
     """
 
     bond: Bond
+    discrete: tuple[Port, ...] = ()
     sum: float = 0.0
     absolute: float = 0.0
     exchanged: float = 0.0
@@ -259,13 +333,20 @@ class EnergyAccount:
         self.exchanged += float(np.abs(taken).sum())
         return np.concatenate([[0.0], residual])
 
-    def summary(self) -> dict[str, float]:
-        """Return the sums [J]."""
-        return {"sum": self.sum, "absolute": self.absolute, "exchanged": self.exchanged}
+    def summary(self) -> dict[str, Any]:
+        """Return the sums [J], and what is not as the account takes it to be, if anything."""
+        sums = {"sum": self.sum, "absolute": self.absolute, "exchanged": self.exchanged}
+        return {**sums, "discrete": [str(port) for port in self.discrete]} if self.discrete else sums
 
-    def restore(self, summary: Mapping[str, float]) -> None:
+    def restore(self, summary: Mapping[str, Any]) -> None:
         """Go on from sums."""
         self.sum, self.absolute, self.exchanged = (summary[name] for name in ("sum", "absolute", "exchanged"))
+
+
+def _discrete(bond: Bond, descriptions: Mapping[str, Description]) -> tuple[Port, ...]:
+    """Return the values of a bond that do not change continuously."""
+    ports = [port for port in (bond.source, bond.input, bond.output, bond.back) if port is not None]
+    return tuple(port for port in ports if not descriptions[port.component].by_name[port.variable].is_continuous)
 
 
 def _integral(first: Line, second: Line, sizes: FloatArray) -> FloatArray:

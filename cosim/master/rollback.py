@@ -1,6 +1,6 @@
-"""Runs that can go back: steps are repeated until loops close, or taken back to try smaller ones.
+"""Run with a way back: repeat steps until loops close, or reject them and try smaller ones.
 
-Which components have to return to an earlier state, and refusing those that have to and cannot.
+A component that has to return to an earlier state for that, and cannot, is refused.
 """
 
 from __future__ import annotations
@@ -17,16 +17,24 @@ from cosim.master.coupled_loop import CoupledLoop, reporter
 from cosim.master.observation import find_guards
 from cosim.master.run import MOST_STEPS, Settling, Snapshot, WindowRecord, block_arrays
 from cosim.master.slave import Slave
+from cosim.master.state_trial import try_states
 from cosim.master.step_control import BEGIN, ROWS, ErrorEstimate, StepControl
 from cosim.master.stepper import Explicit, Implicit
 from cosim.master.wiring import Node, driven_inputs, wire
 from cosim.recording.record import Block, Window, allocate_block, allocate_slopes, initial_value
 from cosim.system.compatibility import StartValues
-from cosim.system.dependency import SteppingGroup, feedthrough_loops, feedthrough_reach, stepping_groups, stepping_order
+from cosim.system.dependency import (
+    SteppingGroup,
+    feedthrough_loops,
+    feedthrough_reach,
+    moves,
+    stepping_groups,
+    stepping_order,
+)
 from cosim.system.description import Description, Variable
 from cosim.system.method import Method
 from cosim.system.signals import Value
-from cosim.system.structure import Connection, Port, System
+from cosim.system.structure import Port, System
 
 
 class RollbackRun:
@@ -67,18 +75,29 @@ class RollbackRun:
             if method.implicit
             else Explicit(repeated, last)
         )
-        self.notes = _notes(method)
-        recording = WindowRecord(self.blocks, self.notes, MOST_STEPS)
         error = None
         if method.tolerance is not None:
             error = ErrorEstimate(repeated, method.tolerance, leads=method.implicit)
-        saved = [node for node in nodes if node.name in plan.saved]
+            self._not_estimated = error.not_estimated(nodes)
+        self._compares = error is not None and (error.compares or not system.connections)
+        self.notes = _notes(method, self._compares)
+        recording = WindowRecord(self.blocks, self.notes, MOST_STEPS)
+        self._saved = [node for node in nodes if node.name in plan.saved]
         halves = method.on_failure == "halve"
-        self._control = StepControl(grid, self._stepper, nodes, saved, recording, error, halves=halves)
+        self._control = StepControl(grid, self._stepper, nodes, self._saved, recording, error, halves=halves)
 
     def initialise(self) -> Settling:
-        """Initialise all components."""
-        return self._stepper.initialise(self._grid.start_time)
+        """Initialise all components, and try whether they can return to an earlier state.
+
+        Raises
+        ------
+        SystemDefinitionError
+            If one cannot that will have to.
+        """
+        settling = self._stepper.initialise(self._grid.start_time)
+        points = self._grid.points(0, 1)
+        try_states(self._saved, float(points.times[0]), float(points.sizes[0]))
+        return settling
 
     def windows(self) -> Iterator[Window]:
         """Take all steps."""
@@ -86,7 +105,7 @@ class RollbackRun:
 
     @property
     def done(self) -> float:
-        """Which part of the run has been taken, from 0 to 1."""
+        """Return the part of the run that has been taken, from 0 to 1."""
         return self._control.done
 
     def snapshot(self) -> Snapshot:
@@ -106,6 +125,9 @@ class RollbackRun:
         tally, method = self._control.tally, self._method
         record: dict[str, Any] = {"steps": tally.steps, "step_loop": "python", "rejected": tally.rejected}
         record["step_loop_reason"] = "steps may be repeated"
+        end = self._grid.end
+        if self._control.end is not None:
+            record["ended"], end = self._control.end.record(), self._control.reached
         if method.implicit:
             record["iteration_tolerance"] = method.iteration_tolerance
             record["on_failure"] = method.on_failure
@@ -114,10 +136,12 @@ class RollbackRun:
             record["unsolved"] = {**unsolved, "largest_residual": tally.largest_residual}
         if method.tolerance is not None:
             record["tolerance"] = method.tolerance
+            mean = tally.error_time * method.tolerance / ((end - self._grid.start_time) or 1.0)
             record["error_estimate"] = {
-                "largest": tally.largest_error * method.tolerance,
-                "mean": tally.error_time * method.tolerance / (self._grid.end - self._grid.start_time),
+                "largest": tally.largest_error * method.tolerance if self._compares else None,
+                "mean": mean if self._compares else None,
                 "beyond_tolerance": tally.missed,
+                "not_estimated": self._not_estimated,
             }
         return record
 
@@ -169,10 +193,10 @@ def _start_from_own_values(nodes: Iterable[Node]) -> None:
             channel.target.settle(BEGIN, initial_value(channel.target.variable, {}))
 
 
-def _notes(method: Method) -> dict[str, np.dtype[Any]]:
-    """Return what to record of each step."""
+def _notes(method: Method, compares: bool) -> dict[str, np.dtype[Any]]:
+    """Return what to record of each step; no error where nothing is compared that would tell one."""
     notes: dict[str, np.dtype[Any]] = {"iterations": np.dtype(np.int32)} if method.implicit else {}
-    return notes if method.tolerance is None else {**notes, "error_estimate": np.dtype(np.float64)}
+    return {**notes, "error_estimate": np.dtype(np.float64)} if compares else notes
 
 
 @dataclass(frozen=True)
@@ -206,7 +230,7 @@ def plan_rollback(system: System, descriptions: Mapping[str, Description], metho
         Naming the components that lack a capability, and what they lack it for.
     """
     if method.implicit:
-        continuous = [connection for connection in system.connections if _moves(connection, descriptions)]
+        continuous = [connection for connection in system.connections if moves(connection, descriptions)]
         groups = stepping_groups(system, descriptions, continuous)
     else:
         groups = tuple(SteppingGroup((name,), False) for name in stepping_order(system, descriptions, method.order))
@@ -226,12 +250,6 @@ def plan_rollback(system: System, descriptions: Mapping[str, Description], metho
     saved = tuple(name for group in groups for name in group.components if name not in last)
     _require_state(f"{why}, steps are taken back", saved, descriptions)
     return RollbackPlan(tuple(group for group in groups if group.components[0] not in last), last, saved)
-
-
-def _moves(connection: Connection, descriptions: Mapping[str, Description]) -> bool:
-    """Whether a connection passes what changes continuously."""
-    ends = (connection.source, connection.target)
-    return all(descriptions[port.component].by_name[port.variable].is_continuous for port in ends)
 
 
 def _require_state(what: str, names: Iterable[str], descriptions: Mapping[str, Description]) -> None:

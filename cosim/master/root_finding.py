@@ -1,15 +1,12 @@
-"""The search for values at which a loop closes: what has been tried, and what came back.
+"""Find the values at which a loop closes.
 
-One unknown, the sure way: a root where the residual changes its sign.
+With one unknown, the sure way is to enclose a root where the residual changes its sign. Where it changes its sign by a
+jump, as at a pole, both sides of the jump are searched for roots as well: next to a pole they come in pairs, between
+which the residual dips through zero and back. With several unknowns, the sure way is Newton's method with a Jacobian by
+fresh differences and a line search.
 
-Where it changes its sign by a jump, as at a pole, both sides of the jump are searched for roots as well: next to a pole
-they come in pairs, between which the residual dips through zero and back.
-
-Several unknowns, the sure way: Newton's method with a Jacobian by fresh differences and a line search.
-
-The fast way, for any number of unknowns: interface quasi-Newton with inverse least squares (IQN-ILS).
-
-Degroote, Bathe and Vierendeels (2009), Performance of a new partitioned procedure versus a monolithic procedure in
+The fast way, for any number of unknowns, is interface quasi-Newton with inverse least squares (IQN-ILS): Degroote,
+Bathe and Vierendeels (2009), Performance of a new partitioned procedure versus a monolithic procedure in
 fluid-structure interaction, Computers & Structures 87. Nothing is known of the components but what they answer. The
 differences between answers span a space in which the inverse Jacobian of the residual is known. Outside of it the
 answer itself is the next value, as in a fixed-point iteration. Differences from earlier steps stay of use, because the
@@ -40,7 +37,7 @@ class Trial:
 
     @property
     def answered(self) -> bool:
-        """Whether the components took the values."""
+        """Tell whether the components took the values."""
         return bool(np.isfinite(self.residual).all())
 
     @property
@@ -76,7 +73,7 @@ class Trials:
         return self.made[-1]
 
     def solved(self, trial: Trial) -> bool:
-        """Whether a trial closes the loop."""
+        """Tell whether a trial closes the loop."""
         return bool((np.abs(trial.residual) <= self.tolerance * np.maximum(1.0, np.abs(trial.values))).all())
 
     @property

@@ -1,8 +1,8 @@
-"""A run, as the master sees it between setting up the components and terminating them.
+"""Begin, record and resume a run, between setting up the components and terminating them.
 
-Consistent values at the start: in initialization mode, components exchange values until nothing changes.
-
-The recording of steps that are taken on a stage: rows of the stage, copied as steps are kept, a window at a time.
+In initialization mode, components exchange values until nothing changes, so that the values at the start are
+consistent. Steps that are taken on a stage are recorded by copying rows of the stage, as steps are kept, a window at a
+time.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def window_size(steps: int) -> int:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What it takes to go on from between two windows; kept in a file, it is a checkpoint.
+    """Hold what it takes to go on from between two windows; kept in a file, it is a checkpoint.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Snapshot:
 
 
 class Run(Protocol):
-    """What takes the steps and records them."""
+    """Take the steps and record them."""
 
     @property
     def order(self) -> tuple[str, ...]:
@@ -58,7 +58,7 @@ class Run(Protocol):
 
     @property
     def blocks(self) -> Mapping[str, Block]:
-        """Where the values of the components are exchanged, by name."""
+        """Return the blocks in which the values of the components are exchanged, by name."""
         ...
 
     @property
@@ -76,7 +76,7 @@ class Run(Protocol):
 
     @property
     def done(self) -> float:
-        """Which part of the steps has been taken, from 0 to 1."""
+        """Return the part of the steps that has been taken, from 0 to 1."""
         ...
 
     def snapshot(self) -> Snapshot:
@@ -111,7 +111,7 @@ _ROUNDING = 1e-13
 
 @dataclass(frozen=True)
 class Settling:
-    """How the exchange ended: whether it settled, after how many rounds, and the input that changed last."""
+    """Tell how the exchange ended: whether it settled, after how many rounds, and the input that changed last."""
 
     settled: bool
     rounds: int
@@ -175,13 +175,15 @@ def _exchange(nodes: Sequence[Node], maximum_rounds: int) -> Settling:
     for rounds in range(1, maximum_rounds + 1):
         moving, rounding_only = "", True
         for node in nodes:
-            before = _inputs(node)
+            before, texts = _inputs(node), _texts(node)
             node.gather_initial()
             after = _inputs(node)
-            if before.tobytes() == after.tobytes():
+            changed = [place for place, pair in enumerate(zip(texts, _texts(node), strict=True)) if pair[0] != pair[1]]
+            if before.tobytes() == after.tobytes() and not changed:
                 continue
-            moving = _name(node, int(np.argmax(np.abs(after - before)))) or moving
-            rounding_only = rounding_only and _only_rounding(before, after)
+            place = after.size + changed[0] if changed else int(np.argmax(np.abs(after - before)))
+            moving = _name(node, place) or moving
+            rounding_only = rounding_only and not changed and _only_rounding(before, after)
             node.slave.write(0)
             node.slave.read(0)
         if not moving:
@@ -192,9 +194,15 @@ def _exchange(nodes: Sequence[Node], maximum_rounds: int) -> Settling:
 
 
 def _inputs(node: Node) -> FloatArray:
-    """Return row 0 of the driven inputs, all types together."""
-    rows = [section.values[0, : section.driven].astype(np.float64) for section in node.block.inputs.values()]
-    return np.concatenate(rows)
+    """Return row 0 of the driven inputs, all types but strings together."""
+    sections = [section for kind, section in node.block.inputs.items() if kind != "String"]
+    return np.concatenate([section.values[0, : section.driven].astype(np.float64) for section in sections])
+
+
+def _texts(node: Node) -> list[str]:
+    """Return row 0 of the driven inputs that are strings."""
+    section = node.block.inputs["String"]
+    return section.values[0, : section.driven].tolist()
 
 
 def _only_rounding(before: FloatArray, after: FloatArray) -> bool:
@@ -204,7 +212,7 @@ def _only_rounding(before: FloatArray, after: FloatArray) -> bool:
 
 
 def _name(node: Node, index: int) -> str:
-    """Name a driven input by its place in `_inputs`."""
+    """Name a driven input by its place in `_inputs`, after which come those of `_texts`."""
     names = [v.name for section in node.block.inputs.values() for v in section.variables[: section.driven]]
     return f"{node.name}.{names[index]}"
 

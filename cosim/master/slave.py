@@ -1,4 +1,4 @@
-"""What the master asks of a component in a run.
+"""State what the master asks of a component in a run.
 
 `cosim.fmi2.fmu_slave.FmuSlave` answers for an FMU. Anything else with these methods can take part as well, which is how
 the master is tested.

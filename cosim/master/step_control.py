@@ -1,4 +1,4 @@
-"""Communication steps of variable size: rejected steps are taken back and halved.
+"""Vary the communication step size: reject steps and halve them, and double what goes well.
 
 The regular communication points, and those at which a signal jumps or kinks, are always met. Between two of them steps
 have the size of the distance, a half, a quarter, and so on, and begin at multiples of their size. So time is never a
@@ -8,8 +8,6 @@ With a tolerance every step is taken twice, whole and in two halves, and the hal
 values at the end and in the middle of the step, where the whole step had to assume them; in a system with travelling
 waves an assumption that was wrong in the middle shows much later, or never at a communication point. Richardson's
 extrapolation makes the error of the halves from the difference.
-
-How far two half steps and a whole one lie apart, and what that says of the error.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cosim.errors import LoopError, SlaveError
+from cosim.errors import EndRequestError, LoopError, SlaveError
 from cosim.master.communication_points import Grid, Points, within
 from cosim.master.run import WindowRecord, window_size
 from cosim.master.stepper import Stepper, Taken
@@ -34,7 +32,7 @@ BEGIN, MIDDLE, END, WHOLE = range(4)
 ROWS = 4
 
 DEEPEST = 10
-"""How often a step can be halved: the smallest is a 1024th of the distance between regular points."""
+"""The times a step can be halved: the smallest is a 1024th of the distance between regular points."""
 _FINEST = 1 << DEEPEST
 # A step that is kept is recorded as at most so many: two halves.
 _LEGS = 2
@@ -44,7 +42,7 @@ _SAFE = 0.5
 
 @dataclass
 class Tally:
-    """What happened in a run.
+    """Count what happened in a run.
 
     Attributes
     ----------
@@ -117,6 +115,15 @@ class StepControl:
         Estimates errors; without it, steps are kept if they can be taken.
     halves : bool
         Whether a step in which a loop has no solution is halved.
+
+    Attributes
+    ----------
+    tally : Tally
+        What has happened.
+    reached : float
+        The end of the last step that was kept, s.
+    end : EndRequestError, optional
+        What a component has asked for in a step that was not taken then, nor in smaller ones.
     """
 
     def __init__(
@@ -131,6 +138,8 @@ class StepControl:
         halves: bool,
     ) -> None:
         self.tally = Tally()
+        self.reached = grid.start_time
+        self.end: EndRequestError | None = None
         self._grid = grid
         self._stop_time = grid.end
         self._stepper = stepper
@@ -145,7 +154,7 @@ class StepControl:
         self._deepest = DEEPEST if error is None else DEEPEST - 1
 
     def windows(self) -> Iterator[Window]:
-        """Take all steps, and give each window when it is complete.
+        """Take all steps, or those before a component asks to end, and give each window when it is complete.
 
         Raises
         ------
@@ -155,17 +164,22 @@ class StepControl:
             If a component refuses a step.
         """
         size = window_size(self._grid.steps)
-        while self._interval < self._grid.steps:
+        while self._interval < self._grid.steps and self.end is None:
             first, last = self._interval, min(self._interval + size, self._grid.steps)
             points = self._grid.points(first, last)
             self._recording.begin(self.tally.steps, BEGIN, self._now(points))
-            while self._interval < last and self._recording.room >= _LEGS:
-                self._advance(points, self._interval - first)
-            yield self._recording.window()
+            while self._interval < last and self._recording.room >= _LEGS and self.end is None:
+                try:
+                    self._advance(points, self._interval - first)
+                except EndRequestError as end:
+                    self.end = end
+            window = self._recording.window()
+            if window.times.size > 1 or not window.first:
+                yield window
 
     @property
     def done(self) -> float:
-        """Which part of the run has been taken, from 0 to 1."""
+        """Return the part of the run that has been taken, from 0 to 1."""
         return (self._interval + self._place / _FINEST) / self._grid.steps
 
     def snapshot(self) -> dict[str, Any]:
@@ -200,7 +214,7 @@ class StepControl:
         except (LoopError, SlaveError) as failure:
             if self._level == self._deepest or not self._recovers(failure):
                 raise
-            self._take_back(1)
+            self._take_back_after(failure)
             return 0
         if error > 1.0 and self._level < self._deepest:
             self._take_back(max(1, math.ceil(math.log2(error) / self._order)) if math.isfinite(error) else 1)
@@ -229,7 +243,7 @@ class StepControl:
         return self._error.estimate(whole.size), legs
 
     def _recovers(self, failure: LoopError | SlaveError) -> bool:
-        """Whether a smaller step may help."""
+        """Tell whether a smaller step may help."""
         if isinstance(failure, LoopError):
             return self._halves
         return failure.status == "fmi2Discard" and (self._halves or self._error is not None)
@@ -241,6 +255,15 @@ class StepControl:
         self._level = min(self._level + levels, self._deepest)
         self.tally.rejected += 1
 
+    def _take_back_after(self, failure: LoopError | SlaveError) -> None:
+        """Return to the beginning of a step that failed; an FMU that has ended, and stays so, has the last word."""
+        try:
+            self._take_back(1)
+        except SlaveError as error:
+            if isinstance(failure, EndRequestError) and error.component == failure.component:
+                raise failure from None
+            raise
+
     def _keep(self, legs: Sequence[_Leg], error: float) -> None:
         """Step what could not be taken back, and record."""
         for leg in legs:
@@ -249,6 +272,7 @@ class StepControl:
                 leg.end, leg.span.end, iterations=leg.taken.sweeps, error_estimate=error * self._tolerance
             )
             self.tally.count(leg.taken)
+            self.reached = leg.span.end
         self.tally.largest_error = max(self.tally.largest_error, error)
         self.tally.error_time += error * sum(leg.span.size for leg in legs)
         self.tally.missed += len(legs) if error > 1.0 else 0
@@ -311,6 +335,33 @@ class ErrorEstimate:
         """With which power of the step size the estimate goes to zero."""
         return min((watched.order for watched in self._watched if watched.waveform), default=2)
 
+    @property
+    def compares(self) -> bool:
+        """Whether there is anything to compare; if not, an estimate of 0 says nothing."""
+        return bool(self._watched)
+
+    def not_estimated(self, nodes: Iterable[Node]) -> dict[str, list[str]]:
+        """Name what the estimate says nothing of.
+
+        Parameters
+        ----------
+        nodes : iterable of Node
+            All components.
+
+        Returns
+        -------
+        dict
+            Under ``discrete``, outputs that are passed on and do not change continuously; under ``components``, those
+            that have outputs, of which none is passed on to where it would be compared.
+        """
+        parts = tuple(nodes)
+        passed = [channel for node in parts for channel in node.channels]
+        discrete = dict.fromkeys(str(channel.source) for channel in passed if not channel.continuous)
+        seen = {watched.channel.source.component for watched in self._watched}
+        seen |= {channel.source.component for channel in passed if not channel.continuous}
+        giving = [node.name for node in parts if node.slave.description.with_causality("output")]
+        return {"discrete": list(discrete), "components": [name for name in giving if name not in seen]}
+
     def estimate(self, size: float) -> float:
         """Return the greatest estimate for a step of a size [s], relative to the tolerance."""
         worst = 0.0
@@ -333,6 +384,6 @@ def _difference(watched: _Watched, size: float) -> float:
 
 
 def _hides(node: Node) -> bool:
-    """Whether a component has an output that no input feeds through to."""
+    """Tell whether a component has an output that no input feeds through to."""
     description = node.slave.description
     return any(not description.fed_through(variable.name) for variable in description.with_causality("output"))

@@ -1,12 +1,10 @@
-"""What the master asks of an algorithm that takes steps on a stage.
+"""Take steps, of any size, by an explicit or the implicit algorithm.
 
-Explicit algorithms on the stage: every component is stepped once, with what is known by then, in a step of any size.
+By an explicit one, every component is stepped once, with what is known by then. Which outputs are known is the lag of
+the channels, by the algorithm. Runs whose communication points are known beforehand go another way, by
+`cosim.master.fixed_step` or the same in C.
 
-Which outputs are known is the lag of the channels, by the algorithm. Runs whose communication points are known
-beforehand go another way, by `cosim.master.fixed_step` or the same in C.
-
-Implicit: every step is repeated until what each component was given is what the others put out at its end.
-
+By the implicit one, every step is repeated until what each component was given is what the others put out at its end.
 Components are stepped in an order in which all that a component depends on comes before it. Those that depend on each
 other form a loop, which is closed by `coupled_loop`; the others are stepped once, with inputs that are final. Values
 that do not change continuously (Integer, Boolean, discrete Real) are not iterated: they hold over a step what they are
@@ -29,6 +27,7 @@ from cosim.errors import LoopError
 from cosim.master.coupled_loop import CoupledLoop
 from cosim.master.run import Settling, exchange, initialise
 from cosim.master.wiring import Channel, Node, Span
+from cosim.system.signals import Value
 from cosim.system.structure import Port
 
 
@@ -254,7 +253,7 @@ class Implicit:
 
 
 def _jumps(channel: Channel, begin: int, size: float) -> bool:
-    """Whether an output is not what its input was up to now, or not where its derivative led it."""
+    """Tell whether an output is not what its input was up to now, or not where its derivative led it."""
     output, arrived = channel.output(begin), channel.target.value(begin)
     if not channel.continuous:
         return output != arrived
@@ -264,6 +263,8 @@ def _jumps(channel: Channel, begin: int, size: float) -> bool:
     return _differ(output, arrived, channel.nominal) and abs(output - arrived) > _CURVATURE * abs(change)
 
 
-def _differ(first: float, second: float, nominal: float) -> bool:
-    """Whether two values differ by more than rounding."""
+def _differ(first: Value, second: Value, nominal: float) -> bool:
+    """Tell whether two values differ by more than rounding."""
+    if isinstance(first, str) or isinstance(second, str):
+        return first != second
     return abs(first - second) > _ROUNDING * max(abs(first), nominal)

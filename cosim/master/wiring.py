@@ -1,4 +1,4 @@
-"""From a checked system to nodes: each component with its memory and the places its inputs come from.
+"""Wire a checked system: give each component its memory, and the places its inputs come from.
 
 There is one model of the wiring for steps that are taken once and for steps that may be repeated. What differs is the
 memory: a row for each step of a window, or a stage of a few rows on which a step is tried and, if kept, recorded.
@@ -20,10 +20,10 @@ import numpy as np
 
 from cosim.master.communication_points import Points
 from cosim.master.slave import Slave
-from cosim.recording.record import Block, Slopes, base_type
+from cosim.recording.record import TEXT, Block, Section, Slopes, base_type
 from cosim.system.description import Variable
 from cosim.system.method import Lag
-from cosim.system.signals import Signal
+from cosim.system.signals import Signal, Value
 from cosim.system.structure import Connection, Port, System
 
 Link = tuple[Any, int, Any, int, int]
@@ -189,7 +189,7 @@ def _channel(connection: Connection, slaves: Mapping[str, Slave], blocks: Mappin
         target,
         max(output.nominal, target.variable.nominal),
         output.is_continuous and target.variable.is_continuous,
-        memoryview(cast(Any, section.values)),
+        _cells(section),
         section.column(source.variable),
         lag,
         derivatives,
@@ -202,7 +202,12 @@ def _target(port: Port, slaves: Mapping[str, Slave], blocks: Mapping[str, Block]
     variable, block = slaves[port.component].description.by_name[port.variable], blocks[port.component]
     section = block.inputs[base_type(variable)]
     slopes, column = _slopes(block.slopes, variable)
-    return Target(port, variable, memoryview(cast(Any, section.values)), section.column(port.variable), slopes, column)
+    return Target(port, variable, _cells(section), section.column(port.variable), slopes, column)
+
+
+def _cells(section: Section) -> Any:
+    """Return the values of a section as what is quickest to index; there are no memory views of strings."""
+    return section.values if section.values.dtype == TEXT else memoryview(cast(Any, section.values))
 
 
 def _slopes(slopes: Slopes | None, variable: Variable) -> tuple[Any, int]:
@@ -246,7 +251,7 @@ class Target:
     variable : Variable
         The input.
     values : memoryview
-        Rows and columns that hold it.
+        Rows and columns that hold it; of strings, an array.
     column : int
         In `values`.
     slopes : memoryview, optional
@@ -262,7 +267,7 @@ class Target:
     slopes: Any
     slope_column: int
 
-    def hold(self, row: int, value: float) -> None:
+    def hold(self, row: int, value: Value) -> None:
         """Let the input be constant over the step."""
         self.values[row, self.column] = value
         if self.slopes is not None:
@@ -276,7 +281,7 @@ class Target:
             self.values[row, self.column] = first
             self.slopes[row, self.slope_column] = self._slope_within_bounds(first, last, span)
 
-    def settle(self, row: int, last: float) -> None:
+    def settle(self, row: int, last: Value) -> None:
         """Note the value at the end of the step, which is over."""
         self.values[row, self.column] = last
 
@@ -376,7 +381,7 @@ class Drive:
 
     def start(self, time: float) -> None:
         """Let every row hold the value at a time [s]."""
-        np.asarray(self.target.values)[:, self.target.column] = self.signal.values(np.array([time]))[0]
+        np.asarray(self.target.values)[:, self.target.column] = self.signal.values(np.array([time]))[0].item()
 
     def fill(self, points: Points) -> None:
         """Fill rows 1, 2, and so on: a row has what is set at the beginning of the step that leads to it."""

@@ -1,4 +1,4 @@
-"""Where a run is recorded: memory laid out once, so that FMUs write their outputs straight into it.
+"""Lay out the memory of a run once, so that FMUs write their outputs straight into it.
 
 A run is recorded a window at a time, in the same memory: what is to be kept of a window is copied from it.
 
@@ -20,9 +20,16 @@ from cosim.errors import RunError
 from cosim.system.description import Description, Variable
 from cosim.system.signals import FloatArray, Value
 
-BaseType = Literal["Real", "Integer", "Boolean"]
-BASE_TYPES: tuple[BaseType, ...] = ("Real", "Integer", "Boolean")
-_DTYPES = {"Real": np.dtype(np.float64), "Integer": np.dtype(np.int32), "Boolean": np.dtype(np.int32)}
+BaseType = Literal["Real", "Integer", "Boolean", "String"]
+BASE_TYPES: tuple[BaseType, ...] = ("Real", "Integer", "Boolean", "String")
+TEXT = np.dtype(object)
+"""Of an array of strings, each of its own length."""
+DTYPES: Mapping[BaseType, np.dtype[Any]] = {
+    "Real": np.dtype(np.float64),
+    "Integer": np.dtype(np.int32),
+    "Boolean": np.dtype(np.int32),
+    "String": TEXT,
+}
 
 
 @dataclass(frozen=True)
@@ -36,7 +43,7 @@ class Section:
     references : ndarray of uint32, shape (columns,)
         Their value references.
     values : ndarray, shape (rows, columns)
-        float64 or int32, as the FMI setters and getters take them; contiguous.
+        float64 or int32, as the FMI setters and getters take them, contiguous; of strings, Python's own.
     driven : int
         How many columns, the first ones, are set before each step. Outputs have none.
     """
@@ -133,10 +140,8 @@ class Window:
 
 
 def base_type(variable: Variable) -> BaseType:
-    """Return the type by which FMI sets and gets a variable that is not a String."""
-    if variable.type == "Real":
-        return "Real"
-    return "Boolean" if variable.type == "Boolean" else "Integer"
+    """Return the type by which FMI sets and gets a variable."""
+    return "Integer" if variable.type == "Enumeration" else variable.type
 
 
 def allocate_block(
@@ -163,9 +168,8 @@ def allocate_block(
     RunError
         If there is not enough memory.
     """
-    inputs = [variable for variable in description.with_causality("input") if variable.type != "String"]
-    outputs = [variable for variable in description.with_causality("output") if variable.type != "String"]
-    inputs.sort(key=lambda variable: variable.name not in driven)
+    inputs = sorted(description.with_causality("input"), key=lambda variable: variable.name not in driven)
+    outputs = description.with_causality("output")
     try:
         block = Block(
             {kind: _allocate(inputs, kind, driven, rows) for kind in BASE_TYPES},
@@ -194,16 +198,22 @@ def _allocate(variables: Sequence[Variable], kind: BaseType, driven: Sequence[st
     return Section(
         variables=chosen,
         references=np.array([variable.reference for variable in chosen], dtype=np.uint32),
-        values=np.zeros((rows, len(chosen)), dtype=_DTYPES[kind]),
+        values=np.full((rows, len(chosen)), "" if kind == "String" else 0, dtype=DTYPES[kind]),
         driven=sum(variable.name in driven for variable in chosen),
     )
 
 
-def initial_value(variable: Variable, start_values: Mapping[Variable, Value]) -> float | int:
+def initial_value(variable: Variable, start_values: Mapping[Variable, Value]) -> Value:
     """Return the value that a variable has when nothing has driven it yet."""
     given = start_values.get(variable)
-    if given is not None and not isinstance(given, str):
+    if given is not None:
         return given
-    if variable.type == "Boolean":
-        return variable.start in ("true", "1")
-    return float(variable.start or 0.0)
+    match variable.type:
+        case "String":
+            return variable.start or ""
+        case "Boolean":
+            return variable.start in ("true", "1")
+        case "Real":
+            return float(variable.start or 0.0)
+        case "Integer" | "Enumeration":
+            return int(variable.start or 0)

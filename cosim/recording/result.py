@@ -1,4 +1,4 @@
-"""Trajectories: rows as a run gives them, the memory that keeps them, and the result that a run leaves.
+"""Keep trajectories: rows as a run gives them, the memory that keeps them, and the result that a run leaves.
 
 As CSV text, numbers have as many digits as read back to the same bits, and Booleans are 0 and 1.
 """
@@ -37,7 +37,7 @@ class Result(Mapping[str, NDArray[Any]]):
     time : ndarray of float, shape (n,)
         Communication points, s.
     columns : mapping of str to ndarray, shape (n,)
-        By ``component.variable``: float64, int32, or bool.
+        By ``component.variable``: float64, int32, bool, or object, which holds strings.
     units : mapping of str to str
         Unit of each column, empty where there is none.
     record : mapping
@@ -105,7 +105,8 @@ class Result(Mapping[str, NDArray[Any]]):
     def to_csv(self, path: str | Path) -> None:
         """Write all trajectories: first column ``time``, then ``component.variable``.
 
-        Numbers are written with as many digits as read back to the same bits, Booleans as 0 and 1.
+        Numbers are written with as many digits as read back to the same bits, Booleans as 0 and 1, strings quoted where
+        RFC 4180 asks for it.
         """
         with Path(path).open("w", encoding="utf-8", newline="\n") as file:
             file.write(header(self.columns))
@@ -135,11 +136,21 @@ def header(names: Iterable[str]) -> str:
 
 def lines(times: NDArray[Any], *columns: NDArray[Any]) -> Iterator[str]:
     """Write a line for each row; `repr` of a float is the shortest text that reads back the same."""
-    numbers = (
-        column.astype(np.int32).tolist() if column.dtype == np.bool_ else column.tolist()
-        for column in (times, *columns)
-    )
-    return (",".join(row) + "\n" for row in zip(*(map(repr, column) for column in numbers), strict=True))
+    return (",".join(row) + "\n" for row in zip(*map(_texts, (times, *columns)), strict=True))
+
+
+def _texts(column: NDArray[Any]) -> Iterator[str]:
+    """Write each value of a column."""
+    if column.dtype == object:
+        return map(_quoted, column.tolist())
+    return map(repr, column.astype(np.int32).tolist() if column.dtype == np.bool_ else column.tolist())
+
+
+def _quoted(text: str) -> str:
+    """Write a string, quoted where RFC 4180 asks for it."""
+    if any(mark in text for mark in ',"\r\n'):
+        return '"' + text.replace('"', '""') + '"'
+    return text
 
 
 @dataclass(frozen=True)
@@ -153,7 +164,7 @@ class Column:
     unit : str
         Empty where there is none.
     dtype : dtype
-        float64, int32 or bool.
+        float64, int32, bool, or object for strings.
     description : str
         For people; may be empty.
     """
@@ -233,7 +244,7 @@ class RowMemory:
 
 
 SECONDS = 60.0
-"""How much is kept at least, s; measures look at the last 20 s, or at a period if that is longer."""
+"""The time that is kept at least, s; measures look at the last 20 s, or at a period if that is longer."""
 
 
 class Tail:

@@ -1,4 +1,4 @@
-"""From a scenario to a master that is ready to run: find the FMUs, check, open, and say what they are."""
+"""Make a master that is ready to run from a scenario: find the FMUs, check, open, and say what they are."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cosim.master.slave import Slave
 from cosim.run.options import RunOptions
 from cosim.run.report import CouplingReport, RunReport, versions
 from cosim.scenario.scenario import Scenario
-from cosim.system.compatibility import start_values
+from cosim.system.compatibility import read_written, start_values
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_units
 from cosim.system.signals import Value
@@ -75,6 +75,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
     system = scenario.system_of(variant, options.overrides)
     paths = {part.name: locate_fmu(part.fmu, options.packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
+    system = read_written(system, descriptions)
     _tell_flaws(paths, descriptions)
     system = in_declared_units(system, descriptions)
     isolated = _apart(paths, _isolated(system, options.isolate))

@@ -1,4 +1,4 @@
-"""One job from scenario to folder: every variant simulated, measured, written and drawn.
+"""Do a job from scenario to folder: simulate, measure, write and draw every variant.
 
 All jobs go one way; where rows go is up to a sink. `_MemorySink` keeps them, and the folder appears when all is done.
 `_DiskSink` streams them, so the folder is there from the beginning, and its manifest tells what is being run and which

@@ -1,4 +1,4 @@
-"""Options of a run: one object from the command line, or a call, to the master."""
+"""Carry the options of a run as one object from the command line, or a call, to the master."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, TypedDict, cast
 from cosim.errors import InputError
 from cosim.fmi2.isolation import Limits
 from cosim.scenario.scenario import Scenario
+from cosim.system.compatibility import Written
 from cosim.system.method import Method
 from cosim.system.signals import Value, plain_value
 
@@ -29,6 +30,9 @@ class OptionKeywords(TypedDict, total=False):
     variant: str | None
     isolate: bool | Collection[str]
     limits: Limits | None
+
+
+_WRITTEN = "written"
 
 
 @dataclass(frozen=True)
@@ -87,14 +91,22 @@ class RunOptions:
         return replace(scenario.method, **{name: value for name, value in settings.items() if value is not None})
 
     def to_json(self) -> dict[str, Any]:
-        """Return the options as JSON can hold them."""
-        return asdict(self)
+        """Return the options as JSON can hold them; values that are still to be read, as tables."""
+        overrides = self.overrides and {
+            name: {_WRITTEN: str(value)} if isinstance(value, Written) else value
+            for name, value in self.overrides.items()
+        }
+        return {**asdict(self), "overrides": overrides}
 
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> RunOptions:
         """Read back what `to_json` returned."""
         limits: Mapping[str, float] | None = content["limits"]
-        given: dict[str, Any] = {**content, "limits": Limits(**limits) if limits else None}
+        overrides: Mapping[str, Any] | None = content["overrides"] and {
+            name: Written(cast(Any, value)[_WRITTEN]) if isinstance(value, dict) else value
+            for name, value in content["overrides"].items()
+        }
+        given: dict[str, Any] = {**content, "limits": Limits(**limits) if limits else None, "overrides": overrides}
         return cls(**given)
 
 

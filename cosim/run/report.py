@@ -1,4 +1,4 @@
-"""The report of a run: how it was made and what came of it, typed here and written to manifest.json here alone.
+"""Report a run: how it was made and what came of it, typed here and written to manifest.json here alone.
 
 The master tells of a run in plain numbers, `CouplingReport` names them. With what was run they make a `RunReport`, with
 what was found a `VariantReport`, and those of a folder its `Manifest`.
@@ -19,7 +19,7 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
 from pathlib import Path, PurePosixPath
-from typing import Any, TypedDict, cast
+from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
 
@@ -52,20 +52,43 @@ class Unsolved(TypedDict):
     largest_residual: float
 
 
-class StepErrors(TypedDict):
-    """Errors of steps, relative to values and nominal values, and the number of steps that missed the tolerance."""
+class NotEstimated(TypedDict):
+    """What an estimate says nothing of: discrete outputs that are passed on, components that pass nothing on."""
 
-    largest: float
-    mean: float
+    discrete: list[str]
+    components: list[str]
+
+
+class StepErrors(TypedDict):
+    """Errors of steps, relative to values and nominal values, and the number of steps that missed the tolerance.
+
+    None where nothing that is passed on could be compared.
+    """
+
+    largest: float | None
+    mean: float | None
     beyond_tolerance: int
+    not_estimated: NotEstimated
+
+
+class NotIterated(TypedDict):
+    """Connection that was not iterated: its loop, if any, how far its ends lay apart at most, and when [s]."""
+
+    loop: str | None
+    largest_difference: float
+    time: float | None
 
 
 class EnergyResidual(TypedDict):
-    """Energy that the coupling made at a power bond, the sum of its absolute values, and what was exchanged [J]."""
+    """Energy that the coupling made at a power bond, the sum of its absolute values, and what was exchanged [J].
+
+    `discrete` names values of the bond that jump, while the account takes them to go on straight lines.
+    """
 
     sum: float
     absolute: float
     exchanged: float
+    discrete: NotRequired[list[str]]
 
 
 class GuardSpan(TypedDict):
@@ -81,6 +104,14 @@ class Initialisation(TypedDict):
 
     settled: bool
     rounds: int
+
+
+class Ended(TypedDict):
+    """End that a component has asked for: which one, at what time [s], and why, as far as it has said."""
+
+    component: str
+    time: float
+    reason: str
 
 
 class Timings(TypedDict, total=False):
@@ -108,6 +139,7 @@ class CouplingReport:
     method: Mapping[str, Any]
     initialisation: Initialisation
     steps: int
+    ended: Ended | None = field(default=None, metadata=_OPTIONAL)
     step_loop: str
     rejected: int | None = field(default=None, metadata=_OPTIONAL)
     step_loop_reason: str | None = field(default=None, metadata=_OPTIONAL)
@@ -115,6 +147,7 @@ class CouplingReport:
     on_failure: str | None = field(default=None, metadata=_OPTIONAL)
     iterations: Iterations | None = field(default=None, metadata=_OPTIONAL)
     unsolved: Unsolved | None = field(default=None, metadata=_OPTIONAL)
+    not_iterated: Mapping[str, NotIterated] | None = field(default=None, metadata=_OPTIONAL)
     tolerance: float | None = field(default=None, metadata=_OPTIONAL)
     error_estimate: StepErrors | None = field(default=None, metadata=_OPTIONAL)
     energy_residual: Mapping[str, EnergyResidual]

@@ -1,4 +1,4 @@
-"""Runs on disk: a folder is complete or it is not there.
+"""Write runs to disk: a folder is complete or it is not there.
 
 Everything is written into a temporary folder beside the final one, and moved to its place at the end. Of an earlier run
 what its manifest names is replaced, and nothing else is ever touched. A streamed run has a new folder, which is there

@@ -1,4 +1,4 @@
-"""Runs of scenarios that fit into memory."""
+"""Run scenarios whose trajectories fit into memory."""
 
 from __future__ import annotations
 
@@ -55,7 +55,8 @@ def simulate(
     Returns
     -------
     Result
-        Every input and output of every component: ``result["plant.bit_speed"]`` over ``result.time``.
+        Every input and output of every component: ``result["plant.bit_speed"]`` over ``result.time``. Where a component
+        has asked to end the simulation, its record's ``ended`` tells which, when and why.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Stores of streamed rows: what they promise, how columns are decimated, and the store of CSV files.
+"""Store streamed rows: what a store promises, how columns are decimated, and the store of CSV files.
 
 A column has a stride: 1 stores all its rows, 10 every tenth, 0 none. CSV has a file for each stride, with the text that
 `Result.to_csv` writes.
@@ -17,7 +17,7 @@ from cosim.errors import InputError, OutputError, suggestion
 from cosim.recording.result import Column, Rows, header, lines
 
 Position = Mapping[str, int]
-"""How far a store has got, by what it counts."""
+"""The rows a store holds, by what it counts."""
 
 
 class Store(Protocol):

@@ -1,8 +1,12 @@
-"""Runs of any length: rows go to disk as they come, and checkpoints let an interrupted run go on.
+"""Run to any length: rows go to disk as they come, and checkpoints let an interrupted run go on.
 
 Ctrl-C and a request to terminate are taken between steps. An FMU may run Python of its own, which would swallow a
 KeyboardInterrupt raised within it and report a failed step instead. So the signal is only noted, and the run is left at
 the next report of progress.
+
+A checkpoint is all that a run needs to go on, in one file: an .npz archive of NumPy, arrays by name and JSON text among
+them. It is written beside its place and takes it when it is complete, so a program that is killed on the way leaves the
+checkpoint before.
 """
 
 from __future__ import annotations
@@ -12,22 +16,26 @@ import logging
 import os
 import shutil
 import signal
+import struct
 import threading
 import time
+import zipfile
+import zlib
 from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import FrameType
 from typing import Any, Unpack, cast
 
+import numpy as np
+
 from cosim.drilling import reporting
 from cosim.errors import CheckpointError, CosimError, OutputError, RunInterruptedError
 from cosim.master.run import Progress, Snapshot
 from cosim.recording.result import Result, Rows, Tail
 from cosim.run.assembly import Assembly, assembled
-from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.options import INTERVAL, OptionKeywords, RunOptions, Streaming, chosen
 from cosim.run.report import plain
 from cosim.run.run_folder import make_folders, remove_empty
@@ -334,3 +342,61 @@ def interruptible(*, to_the_end: bool = True) -> Generator[Callable[[], None]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+FORMAT = "cosim-checkpoint-1"
+_HEAD = "head"
+# What zipfile and NumPy raise on damaged archives.
+_DAMAGE = (
+    OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, OverflowError, RuntimeError, struct.error,
+    zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+
+
+def write_checkpoint(path: Path, snapshot: Snapshot) -> None:
+    """Write a snapshot as a checkpoint, in place of an earlier one.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; the earlier one is left alone.
+    """
+    head = {"format": FORMAT, "arrays": sorted(snapshot.arrays), "notes": snapshot.notes}
+    content = np.frombuffer(json.dumps(head).encode(), np.uint8)
+    plain = {name: values.astype(str) if values.dtype == object else values for name, values in snapshot.arrays.items()}
+    draft = path.with_name(f".{path.name}.new")
+    try:
+        with draft.open("wb") as file:
+            np.savez(file, allow_pickle=False, **{_HEAD: content}, **plain)
+            file.flush()
+            os.fsync(file.fileno())
+        draft.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            draft.unlink()
+        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def read_checkpoint(path: Path) -> Snapshot:
+    """Read what a checkpoint holds.
+
+    Raises
+    ------
+    CheckpointError
+        If it is not there, is none, is damaged, or is of another version.
+    """
+    try:
+        # opened here: NumPy leaves the file open where the archive turns out to be none
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        head = json.loads(arrays.pop(_HEAD).tobytes())
+        found, names, notes = head["format"], head["arrays"], head["notes"]
+    except FileNotFoundError:
+        raise CheckpointError(f"{path}: there is no such file") from None
+    except _DAMAGE as error:
+        raise CheckpointError(f"{path} is no checkpoint, or is damaged: {error}") from error
+    if found != FORMAT:
+        raise CheckpointError(f"{path} is a checkpoint of format {found}; expected {FORMAT}")
+    if sorted(arrays) != names:
+        raise CheckpointError(f"{path} is damaged: it holds {', '.join(sorted(arrays))}; expected {', '.join(names)}")
+    return Snapshot(notes, arrays)

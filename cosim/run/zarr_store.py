@@ -1,4 +1,4 @@
-"""Trajectories streamed to Zarr (version 2), laid out as xarray reads them, and read back.
+"""Stream trajectories to Zarr (version 2), laid out as xarray reads them, and read them back.
 
 Each column is an array over a time axis, ``time`` where every row is stored, ``time_10`` where every tenth is. Zarr
 replaces files whole, so that a store is never left with half of one. Columns may differ in length if the program ends
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import InputError, OutputError, require
+from cosim.recording.record import TEXT
 from cosim.recording.result import Column, Rows
 from cosim.run.store import Position, axis
 
@@ -195,11 +196,12 @@ def _create(group: Any, column: Column, along: str) -> None:
         "variable": column.name,
         **described,
     }
+    is_text = column.dtype == TEXT
     group.create_array(
         array_name(column.name),
         shape=(0,),
         chunks=(CHUNK,),
-        dtype=column.dtype,
+        dtype=str if is_text else column.dtype,
         compressors=_codec(),
         fill_value=None,  # xarray would take another one for missing values
         attributes=attributes,
@@ -219,7 +221,7 @@ def _reopen(path: Path, group: Any, stride: int, columns: Sequence[Column], posi
             raise OutputError(f"{path}: {name} has been stored for less than {rows} rows; expected what was written")
         array.resize((rows,))
         arrays[name] = array
-        pending[name] = np.zeros(CHUNK, dtype=array.dtype)
+        pending[name] = np.zeros(CHUNK, dtype=array.dtype if array.dtype.kind in "fib" else TEXT)
         pending[name][: rows - base] = array[base:]
     return _Axis(stride, arrays, pending, base, rows - base)
 

@@ -27,7 +27,8 @@ from cosim.fmi2.locate import locate_fmu
 from cosim.fmi2.model_description import read_description
 from cosim.scenario.scenario import Scenario
 from cosim.scenario.ssp.program import as_components
-from cosim.system.compatibility import check_system
+from cosim.scenario.ssp.writing import described
+from cosim.system.compatibility import check_system, read_written
 from cosim.system.dependency import feedthrough_loops, stepping_order
 from cosim.system.description import BASE_UNITS, Description, Unit
 from cosim.system.signals import Value
@@ -67,7 +68,8 @@ def container_files(scenario: Scenario, identifier: str, packaging: str) -> dict
         raise InputError(f"a container couples by {known}; the algorithm is {algorithm}")
     if scenario.method.tolerance is not None:
         raise InputError(f"a container takes steps of one size; the tolerance is {scenario.method.tolerance:g}")
-    system = _without_signals(scenario.system)
+    given = described(scenario.system, packaging, scenario.folder)
+    system = _without_signals(read_written(scenario.system, given))
     paths = {part.name: locate_fmu(part.fmu, packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(path) for name, path in paths.items()}
     start_values = check_system(system, descriptions)

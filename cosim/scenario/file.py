@@ -1,4 +1,4 @@
-"""Scenarios by name, or from TOML files, in which a key that is not known is refused.
+"""Load scenarios by name, or from TOML files, in which a key that is not known is refused.
 
 `TomlTable` knows where in the file it stands, so that every complaint names the key.
 """
@@ -57,7 +57,7 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
         path = SCENARIOS / f"{name_or_path}.toml"
         if str(name_or_path) not in scenario_names():
             hint = suggestion(str(name_or_path), scenario_names())
-            hint = hint or "; a file name must end in .toml or .ssp"
+            hint = hint or "; a file name must end in .toml, .ssp or .ssd"
             raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
@@ -184,7 +184,7 @@ def opened_scenario(
         return
     if not isinstance(cast(object, source), str | Path):
         raise ScenarioError(f"scenario is {source!r}; expected a Scenario, or a name or path of one")
-    if Path(source).suffix != ".ssp":
+    if Path(source).suffix not in (".ssp", ".ssd"):
         yield load_scenario(source)
         return
     from cosim.scenario.ssp.reading import open_ssp  # with fmpy and lxml, which a TOML file does without
@@ -204,7 +204,7 @@ _SIGNAL_KEYS = {
 
 
 def read_signal(content: object, where: str, folder: Path) -> Signal:
-    """Build a signal from a number, a Boolean, or a table with a kind.
+    """Build a signal from a number, a Boolean, a string, or a table with a kind.
 
     Parameters
     ----------
@@ -220,18 +220,16 @@ def read_signal(content: object, where: str, folder: Path) -> Signal:
     ScenarioError
         If it is not understood.
     """
-    if isinstance(content, bool | int | float):
+    if isinstance(content, bool | int | float | str):
         return Constant(content)
     if not isinstance(content, dict):
-        raise ScenarioError(f"{where} is {content!r}; expected a number, true, false or a table with a kind")
+        raise ScenarioError(f"{where} is {content!r}; expected a number, true, false, a string or a table with a kind")
     kind = TomlTable(cast(object, content), where).text("kind")
     if kind not in _SIGNAL_KEYS:
         raise ScenarioError(f"{where}.kind is '{kind}'{suggestion(kind, _SIGNAL_KEYS)}")
     table = TomlTable(cast(object, content), where, ("kind", *_SIGNAL_KEYS[kind]))
     build: dict[str, Callable[[], Signal]] = {
-        Step.kind: lambda: Step(
-            table.number_or_boolean("before"), table.number_or_boolean("after"), table.number("at")
-        ),
+        Step.kind: lambda: Step(table.level("before"), table.level("after"), table.number("at")),
         Ramp.kind: lambda: ramp(*(table.number(key) for key in Ramp.parts())),
         Table.kind: lambda: _points(table, folder),
     }
@@ -328,11 +326,11 @@ class TomlTable:
             raise ScenarioError(f"{self.path(key)} is {value!r}; expected true or false")
         return value
 
-    def number_or_boolean(self, key: str) -> float | int | bool:
-        """Take a number or a Boolean, as it is."""
+    def level(self, key: str) -> Value:
+        """Take a number, a Boolean or a string, as it is."""
         value = self._get(key, None)
-        if not isinstance(value, int | float):
-            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number, true or false")
+        if not isinstance(value, int | float | str):
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number, true, false or a string")
         return value
 
     def array(self, key: str) -> list[object]:

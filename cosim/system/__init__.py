@@ -1,1 +1,1 @@
-"""What is coupled with what, as pure data: components, connections, signals, units, dependencies, method."""
+"""State what is coupled with what, as pure data: components, connections, signals, units, dependencies, method."""

@@ -1,6 +1,6 @@
-"""Whether a system fits the FMUs it names; every refusal names component, variable, expected and actual.
+"""Check that a system fits the FMUs it names; every refusal names component, variable, expected and actual.
 
-Start values: from what the user wrote to what the FMU's setters take, or a sentence that says why not.
+What the user wrote becomes what the FMU's setters take, or a sentence that says why not.
 """
 
 from __future__ import annotations
@@ -8,10 +8,11 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.description import Description, Match, Variable, compare, describe
-from cosim.system.signals import Signal, Value
+from cosim.system.signals import Constant, Signal, Step, Value
 from cosim.system.structure import Component, Connection, Port, System
 
 log = logging.getLogger("cosim")
@@ -39,8 +40,9 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
     SystemDefinitionError
         For the first thing that does not fit.
     """
+    told: set[tuple[str, str]] = set()
     for connection in system.connections:
-        _check_connection(connection, descriptions)
+        _check_connection(connection, descriptions, told)
     for target, signal in system.inputs.items():
         _check_signal(target, signal, _variable(target, descriptions))
     values = {part.name: start_values(part, descriptions[part.name]) for part in system.components}
@@ -63,8 +65,10 @@ def _variable(port: Port, descriptions: Mapping[str, Description]) -> Variable:
     raise SystemDefinitionError(f"{port.component}: {description.model_name} has no variable '{wanted}'{hint}")
 
 
-def _check_connection(connection: Connection, descriptions: Mapping[str, Description]) -> None:
-    """Refuse a connection whose ends do not exist, face the wrong way, or differ in type or unit."""
+def _check_connection(
+    connection: Connection, descriptions: Mapping[str, Description], told: set[tuple[str, str]]
+) -> None:
+    """Refuse a connection whose ends do not exist, face the wrong way, or differ in type, items or unit."""
     source = _variable(connection.source, descriptions)
     target = _variable(connection.target, descriptions)
     label = f"connection {connection.source} -> {connection.target}"
@@ -73,15 +77,27 @@ def _check_connection(connection: Connection, descriptions: Mapping[str, Descrip
             raise SystemDefinitionError(f"{label}: {name} has causality {variable.causality}; expected {wanted}")
     if source.type != target.type:
         raise SystemDefinitionError(f"{label}: {connection.source} is {source.type}; expected {target.type}")
-    if source.type == "String":
-        raise SystemDefinitionError(f"{label}: both ends are String; expected numbers, Booleans or enumerations")
-    _check_units(label, source, target)
+    _check_items(label, source.items, target.items)
+    if not connection.unconverted:
+        _check_units(label, source, target, told)
 
 
-def _check_units(label: str, source: Variable, target: Variable) -> None:
-    """Refuse units that differ; warn where it cannot be known."""
-    match = compare(source.unit, target.unit)
-    actual, expected = describe(source.unit), describe(target.unit)
+def _check_items(label: str, source: Mapping[str, int], target: Mapping[str, int]) -> None:
+    """Refuse enumerations in which one name has two numbers; warn of others that are not the same."""
+    for name in source:
+        if name in target and source[name] != target[name]:
+            raise SystemDefinitionError(f"{label}: '{name}' is {source[name]} at the source; expected {target[name]}")
+    if source != target:
+        actual, expected = (_list_items(items) or "none" for items in (source, target))
+        log.warning(
+            "%s: the items at the source are %s, at the input %s; numbers are passed on", label, actual, expected
+        )
+
+
+def _check_units(label: str, source: Variable, target: Variable, told: set[tuple[str, str]]) -> None:
+    """Refuse units that differ; warn where it cannot be known, of two units of one name once."""
+    match = compare(source.measured_in, target.measured_in)
+    actual, expected = describe(source.measured_in), describe(target.measured_in)
     if match is Match.DIFFERENT:
         raise SystemDefinitionError(f"{label}: the source is in {actual}; expected {expected}")
     if match is Match.SCALED:
@@ -90,18 +106,74 @@ def _check_units(label: str, source: Variable, target: Variable) -> None:
         )
     if match is Match.UNKNOWN:
         log.warning("%s: cannot tell whether %s and %s are the same unit", label, actual, expected)
+    if match is Match.ASSUMED and (actual, expected) not in told:
+        told.add((actual, expected))
+        log.warning("%s: %s and %s are taken for the same unit, which one FMU does not define", label, actual, expected)
 
 
 def _check_signal(target: Port, signal: Signal, variable: Variable) -> None:
     """Refuse a signal for what is no input, or of another type."""
     if variable.causality != "input":
         raise SystemDefinitionError(f"{target} has causality {variable.causality}; a signal drives an input only")
-    if variable.type == "String":
-        raise SystemDefinitionError(f"{target} is String; a signal drives numbers, Booleans and enumerations only")
     for level in signal.levels or ():
         convert(target, variable, level)
     if signal.levels is None and variable.type != "Real":
         raise SystemDefinitionError(f"{target} is {variable.type}; ramps and tables drive Real inputs only")
+
+
+def with_numbers(system: System, descriptions: Mapping[str, Description]) -> System:
+    """Return a checked system whose signals for enumerations give the numbers of items that they name."""
+    inputs = dict(system.inputs)
+    for port, signal in system.inputs.items():
+        variable = _variable(port, descriptions)
+        if variable.type != "Enumeration":
+            continue
+        match signal:
+            case Constant(value):
+                inputs[port] = Constant(convert(port, variable, value))
+            case Step(before, after, at):
+                inputs[port] = Step(convert(port, variable, before), convert(port, variable, after), at)
+            case _:
+                pass
+    return replace(system, inputs=inputs)
+
+
+class Written(str):
+    """A value as it was written on a command line, to be read by the type of its variable."""
+
+    __slots__ = ()
+
+
+def read_written(system: System, descriptions: Mapping[str, Description]) -> System:
+    """Return the system with all values read that are as they were written; what cannot be read stays a string."""
+
+    def read(component: str, variable: str, value: Value) -> Value:
+        known = descriptions[component].by_name.get(variable)
+        return _read(value, known) if isinstance(value, Written) else value
+
+    components = tuple(
+        replace(part, parameters={name: read(part.name, name, value) for name, value in part.parameters.items()})
+        for part in system.components
+    )
+    inputs = {
+        port: Constant(read(port.component, port.variable, signal.value)) if isinstance(signal, Constant) else signal
+        for port, signal in system.inputs.items()
+    }
+    return replace(system, components=components, inputs=inputs)
+
+
+def _read(text: str, variable: Variable | None) -> Value:
+    """Read a text as a value of a variable's type; if it is none, as a string, without quotes around it."""
+    plain = text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'" else str(text)
+    kind = variable.type if variable is not None else "String"
+    if variable is None or kind == "String" or plain in variable.items:
+        return plain
+    if kind == "Boolean":
+        return {"true": True, "false": False}.get(text.lower(), plain)
+    try:
+        return float(text) if kind == "Real" else int(text)
+    except ValueError:
+        return plain
 
 
 def _check_input(name: Port, variable: Variable, given: bool, driven: Mapping[Port, str]) -> None:
@@ -175,6 +247,8 @@ def convert(label: str, variable: Variable, value: Value) -> Value:
     }
     if not fits[variable.type]:
         raise SystemDefinitionError(f"{label} is {_show(value)}; expected {_KINDS[variable.type]}")
+    if isinstance(value, str) and "\0" in value:
+        raise SystemDefinitionError(f"{label} has a NUL at {value.index(chr(0))}; expected a string without one")
     if isinstance(value, str | bool):
         return value
     _refuse_out_of_range(label, variable, value)
@@ -187,8 +261,12 @@ def _enumeration(label: str, items: Mapping[str, int], value: Value) -> int:
         return items[value]
     if isinstance(value, int) and not isinstance(value, bool) and value in items.values():
         return value
-    known = ", ".join(f"'{name}' ({number})" for name, number in items.items())
-    raise SystemDefinitionError(f"{label} is {_show(value)}; expected one of {known}")
+    raise SystemDefinitionError(f"{label} is {_show(value)}; expected one of {_list_items(items)}")
+
+
+def _list_items(items: Mapping[str, int]) -> str:
+    """Name the items of an enumeration with their numbers."""
+    return ", ".join(f"'{name}' ({number})" for name, number in items.items())
 
 
 def _refuse_out_of_range(label: str, variable: Variable, value: float) -> None:

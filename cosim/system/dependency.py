@@ -1,4 +1,4 @@
-"""What depends on what in a system: algebraic loops, and the order in which to step the components.
+"""Find what depends on what in a system: algebraic loops, and the order in which to step the components.
 
 An output depends directly on the inputs that the FMU's ModelStructure names, and an input on the output it is connected
 to. A cycle of such dependencies is an algebraic loop: no order of steps can give every component the newest values.
@@ -147,6 +147,12 @@ def stepping_order(
     return tuple(given)
 
 
+def moves(connection: Connection, descriptions: Mapping[str, Description]) -> bool:
+    """Whether a connection passes what changes continuously, which alone can be iterated and extrapolated."""
+    ends = (connection.source, connection.target)
+    return all(descriptions[port.component].by_name[port.variable].is_continuous for port in ends)
+
+
 def _variable_edges(system: System, descriptions: Mapping[str, Description], initially: bool) -> _Edges[Port]:
     """Lead from each connected output to the inputs it drives, and from those to the outputs they feed through to."""
     leads: dict[Port, set[Port]] = {}
@@ -173,7 +179,7 @@ def _component_edges(names: Sequence[str], connections: Iterable[Connection]) ->
 def _feeds_through(
     name: str, group: Sequence[str], connections: Iterable[Connection], descriptions: Mapping[str, Description]
 ) -> bool:
-    """Whether a component passes something on within its group without a step between."""
+    """Tell whether a component passes something on within its group without a step between."""
     within = [c for c in connections if c.source.component in group and c.target.component in group]
     inputs = {c.target.variable for c in within if c.target.component == name}
     outputs = {c.source.variable for c in within if c.source.component == name}

@@ -1,12 +1,12 @@
-"""What an FMU says about itself: variables, units, capabilities, structure. The master knows an FMU by this alone.
+"""Describe an FMU by what it says of itself: variables, units, capabilities, structure. The master knows no more.
 
-Comparing the units at the two ends of a connection.
+The units at the two ends of a connection are compared here as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from typing import Literal
@@ -33,10 +33,18 @@ class Unit:
     factor: float = 1.0
     offset: float = 0.0
 
+    @property
+    def of_differences(self) -> Unit:
+        """The unit of the difference of two such quantities, which has no offset."""
+        return replace(self, offset=0.0)
+
 
 @dataclass(frozen=True)
 class Variable:
-    """One scalar variable; `minimum`, `maximum` and `start` as in the file, converted to numbers."""
+    """One scalar variable; `minimum` and `maximum` as in the file, converted to numbers, `start` as it is there.
+
+    One that is `relative` is the difference of two quantities of its unit, whose offset does not count then.
+    """
 
     name: str
     reference: int
@@ -51,15 +59,21 @@ class Variable:
     nominal: float = 1.0
     items: Mapping[str, int] = field(default_factory=dict[str, int], hash=False)
     description: str = ""
+    relative: bool = False
+
+    @property
+    def measured_in(self) -> Unit | None:
+        """The unit of its values; without offset if they are differences (FMI 2.0, section 2.2.3)."""
+        return self.unit.of_differences if self.unit is not None and self.relative else self.unit
 
     @property
     def is_continuous(self) -> bool:
-        """Whether it is a real number that changes continuously, but for a few places."""
+        """Tell whether it is a real number that changes continuously, but for a few places."""
         return self.type == "Real" and self.variability == "continuous"
 
     @property
     def settable(self) -> bool:
-        """Whether a start value may be given before initialisation."""
+        """Tell whether a start value may be given before initialisation."""
         if self.variability == "constant" or self.causality in ("independent", "calculatedParameter"):
             return False
         return self.causality in ("parameter", "input") or self.initial in ("exact", "approx")
@@ -126,9 +140,10 @@ BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 class Match(Enum):
-    """How two units compare."""
+    """Tell how two units compare."""
 
     SAME = "same"
+    ASSUMED = "assumed"
     UNKNOWN = "unknown"
     SCALED = "scaled"
     DIFFERENT = "different"
@@ -137,20 +152,33 @@ class Match(Enum):
 def compare(source: Unit | None, target: Unit | None) -> Match:
     """Compare two units by their powers of the base units and, failing those, by name.
 
+    This is the one rule for connections, parameters and whatever else comes with a unit. `SAME` is taken as it is, and
+    so are `ASSUMED` and `UNKNOWN`, with a warning; a value that comes with a unit is refused where that is `UNKNOWN` to
+    a variable which has one. `SCALED` can be converted, `DIFFERENT` cannot.
+
     Returns
     -------
     Match
-        `UNKNOWN` if one unit is missing, or if the names differ and one of them is not defined in base units;
-        `SCALED` if only factor or offset differ.
+        `ASSUMED` if the names are the same and one side only is defined in base units; `UNKNOWN` if one unit is
+        missing, or if the names differ and one of them is not defined; `SCALED` if only factor or offset differ.
     """
     if source is None or target is None:
         return Match.SAME if source is target else Match.UNKNOWN
     if source.powers is None or target.powers is None:
-        return Match.SAME if source.name == target.name else Match.UNKNOWN
+        if source.name != target.name:
+            return Match.UNKNOWN
+        return Match.SAME if source.powers is target.powers else Match.ASSUMED
     if source.powers != target.powers:
         return Match.DIFFERENT
     same = source.factor == target.factor and source.offset == target.offset
     return Match.SAME if same else Match.SCALED
+
+
+def converted(value: float, source: Unit | None, target: Unit | None) -> float:
+    """Return a value in another unit; as it is, unless `compare` finds that there is something to convert."""
+    if source is None or target is None or compare(source, target) is not Match.SCALED:
+        return value
+    return (value * source.factor + source.offset - target.offset) / target.factor
 
 
 def describe(unit: Unit | None) -> str:

@@ -1,4 +1,4 @@
-"""How a system is stepped: the master algorithm and its settings.
+"""State how a system is stepped: the master algorithm and its settings.
 
 FMI 2.0 allows no reading between setting and stepping, so explicit algorithms pass on a value through one component a
 step, and how old it is there is the algorithm's choice, its lag. The implicit algorithm repeats steps instead.
@@ -86,10 +86,10 @@ class Method:
 
     @property
     def implicit(self) -> bool:
-        """Whether steps are repeated until values agree."""
+        """Tell whether steps are repeated until values agree."""
         return self.lag is None
 
     @property
     def takes_back(self) -> bool:
-        """Whether a whole step may be taken back to try a smaller one."""
+        """Tell whether a whole step may be rejected to try a smaller one."""
         return self.tolerance is not None or (self.implicit and self.on_failure == "halve")

@@ -1,4 +1,4 @@
-"""Where components exchange power: connections whose value, times another, is a power.
+"""Find where components exchange power: connections whose value, times another, is a power.
 
 Speed and torque, or velocity and force, are such pairs. `cosim.master.observation` accounts for energy across them.
 """

@@ -1,4 +1,4 @@
-"""Signals that drive the inputs of a system over time: constants, steps, ramps, tables.
+"""Drive the inputs of a system over time by signals: constants, steps, ramps, tables.
 
 A signal is a function of time that is smooth between its breakpoints. At a jump it has two values; `values` gives the
 one after it and `left_values` the one before. The master evaluates signals at communication points only, and makes
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cosim.errors import ScenarioError
 
 Value = float | int | bool | str
-Level = float | int | bool
+Level = Value
 FloatArray = NDArray[np.float64]
 
 Change = tuple[float, float, float, float]
@@ -39,7 +39,7 @@ class Signal(Protocol):
     """
 
     kind: ClassVar[str]
-    """What it is called in scenarios, records and messages."""
+    """Name what it is called in scenarios, records and messages."""
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -71,12 +71,12 @@ class Signal(Protocol):
 
     @property
     def is_level(self) -> bool:
-        """Whether it is known to be level between its breakpoints, so that it has no slope anywhere."""
+        """Tell whether it is known to be level between its breakpoints, so that it has no slope anywhere."""
         return self.levels is not None
 
     @property
     def change(self) -> Change | None:
-        """What it is as one change of a number, at once or along a straight line, if it is."""
+        """Return it as one change of a number, at once or along a straight line, if it is."""
         return None
 
     def record(self) -> dict[str, Any]:
@@ -91,7 +91,7 @@ class Signal(Protocol):
 
 @dataclass(frozen=True)
 class Constant(Signal):
-    """One value for ever; of any type but String."""
+    """One value for ever, of any type; for an enumeration a number or an item's name."""
 
     kind: ClassVar[str] = "constant"
 
@@ -108,7 +108,9 @@ class Constant(Signal):
     @property
     def change(self) -> Change | None:
         """No change at time 0, of a number."""
-        return None if isinstance(self.value, bool) else (float(self.value), float(self.value), 0.0, 0.0)
+        if isinstance(self.value, bool | str):
+            return None
+        return float(self.value), float(self.value), 0.0, 0.0
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -130,7 +132,7 @@ class Constant(Signal):
 
 @dataclass(frozen=True)
 class Step(Signal):
-    """`before` until the time `at` [s], `after` from then on; of any type but String."""
+    """`before` until the time `at` [s], `after` from then on; of any type, as `Constant`."""
 
     kind: ClassVar[str] = "step"
 
@@ -141,7 +143,7 @@ class Step(Signal):
     def __post_init__(self) -> None:
         _take_plain(self, "before", "after", "at")
         _require_finite("step", at=self.at)
-        if isinstance(self.before, bool) is not isinstance(self.after, bool):
+        if any(isinstance(self.before, kind) is not isinstance(self.after, kind) for kind in (bool, str)):
             raise ScenarioError(f"step: before is {self.before!r} and after is {self.after!r}; expected the same type")
 
     @property
@@ -152,7 +154,9 @@ class Step(Signal):
     @property
     def change(self) -> Change | None:
         """A jump of a number."""
-        return None if isinstance(self.before, bool) else (float(self.before), float(self.after), self.at, 0.0)
+        if isinstance(self.before, bool | str) or isinstance(self.after, bool | str):
+            return None
+        return float(self.before), float(self.after), self.at, 0.0
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -214,7 +218,7 @@ class Table(Signal):
 
     @property
     def is_level(self) -> bool:
-        """Whether all points between jumps are equal."""
+        """Tell whether all points between jumps are equal."""
         return not self.slopes(np.array(self.breakpoints)).any()
 
     @property
@@ -282,7 +286,7 @@ class Ramp(Signal):
 
     @property
     def is_level(self) -> bool:
-        """Whether it leads nowhere."""
+        """Tell whether it leads nowhere."""
         return self._line.is_level
 
     @property
@@ -292,7 +296,7 @@ class Ramp(Signal):
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Where it starts and ends."""
+        """Return where it starts and ends."""
         return self._line.breakpoints
 
     def values(self, times: FloatArray) -> NDArray[np.generic]:

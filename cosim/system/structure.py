@@ -1,4 +1,4 @@
-"""What is coupled with what: a system as plain data.
+"""State what is coupled with what: a system as plain data.
 
 Nothing here opens an FMU. Names are checked against the FMUs' model descriptions in `cosim.system.compatibility`.
 """
@@ -15,7 +15,7 @@ from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.signals import Constant, Signal, Value, plain_value
 
 COUPLING = "coupling"
-"""What stands before the dot in recorded names that tell of the coupling, where in others a component's name does."""
+"""The word before the dot in recorded names that tell of the coupling, where in others a component's name does."""
 
 
 class Port(str):
@@ -103,14 +103,29 @@ class Component:
 
 @dataclass(frozen=True, init=False)
 class Connection:
-    """An output that drives an input, each written ``component.variable``."""
+    """Let an output drive an input.
+
+    Parameters
+    ----------
+    source, target : str or Port
+        Output and input, each as ``component.variable``.
+    unconverted : bool
+        Pass values on as they are, whatever the units of the ends are.
+
+    Raises
+    ------
+    SystemDefinitionError
+        If one is not written so.
+    """
 
     source: Port
     target: Port
+    unconverted: bool
 
-    def __init__(self, source: str, target: str) -> None:
+    def __init__(self, source: str, target: str, *, unconverted: bool = False) -> None:
         object.__setattr__(self, "source", Port.parse(source))
         object.__setattr__(self, "target", Port.parse(target))
+        object.__setattr__(self, "unconverted", unconverted)
 
 
 @dataclass(frozen=True, init=False)
@@ -119,6 +134,16 @@ class PowerBond:
 
     The input is driven by a connection. If the output in turn drives the component that the input comes from, the two
     connections exchange the power; if not, that component is taken to give it at the output's own value.
+
+    Parameters
+    ----------
+    input, output : str or Port
+        Of one component, each as ``component.variable``.
+
+    Raises
+    ------
+    SystemDefinitionError
+        If one is not written so, or they are of two components.
     """
 
     input: Port
@@ -211,9 +236,7 @@ class System:
         parameters = {component.name: dict(component.parameters) for component in self.components}
         for port, value in ((Port.parse(name), plain_value(value)) for name, value in values.items()):
             component = self.component_of(port).name
-            if port in inputs and isinstance(value, str):
-                raise SystemDefinitionError(f"{port}: value is '{value}'; expected a number or a Boolean")
-            if port in inputs and not isinstance(value, str):
+            if port in inputs:
                 inputs[port] = Constant(value)
             else:
                 parameters[component][port.variable] = value

@@ -88,6 +88,7 @@ def _row(variable: Variable, slot: int | None) -> str:
     cells = (
         c_string(variable.name),
         c_string(variable.unit or ""),
+        c_string(variable.kind),
         KINDS[variable.kind],
         _role(variable),
         repr(float(start if start is not None else 0.0)),

@@ -14,7 +14,7 @@ from .native import FMI_HEADERS, Target
 
 FOLDER = "documentation/licenses"
 ENTRY = f"{FOLDER}/license.txt"
-"""Where FMI 2.0.4, section 2.3, has a reader begin."""
+"""The file with which FMI 2.0.4, section 2.3, has a reader begin."""
 
 _OTHERS = """
 Parts of this FMU are the work of others, under licences whose texts are beside this file:

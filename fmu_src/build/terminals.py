@@ -1,4 +1,4 @@
-"""How an FMU looks in a tool, and which of its signals belong together: model.png and the folder terminalsAndIcons/.
+"""Say how an FMU looks in a tool and which of its signals belong together: model.png and the folder terminalsAndIcons/.
 
 FMI 2.0.4, section 2.3, takes terminals and icons over from FMI 3.0, section 2.4.9. The pictures are drawn as SVG, that
 of an FMU in its folder, those of terminals in icons/; the PNG files beside them are made from these

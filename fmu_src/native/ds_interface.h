@@ -8,6 +8,7 @@ typedef enum { DS_INPUT, DS_OUTPUT, DS_FIXED, DS_TUNABLE } ds_role;
 typedef struct {
     const char *name;
     const char *unit;
+    const char *type; /* its name in FMI 2.0 */
     ds_kind kind;
     ds_role role;
     double start; /* of a String: the number of its text slot */

@@ -95,6 +95,22 @@ static int can_be_known(const ds_instance *instance, const char *call, const fmi
     return 1;
 }
 
+/* whether the seeds can be had: a known that is not Real, as an enumeration that an output depends on, has none but 0 */
+static int seeds_fit(const ds_instance *instance, const char *call, const fmi2ValueReference vr[], size_t n,
+                     const fmi2Real seed[])
+{
+    if (n > 0 && (vr == NULL || seed == NULL)) {
+        return ds_sound(instance, call, vr, n, seed, DS_REAL);
+    }
+    for (size_t i = 0; i < n; ++i) {
+        const int still = vr[i] < DS_VARIABLES && ds_variables[vr[i]].kind != DS_REAL && seed[i] == 0.0;
+        if (!still && !ds_sound(instance, call, &vr[i], 1, &seed[i], DS_REAL)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 /* fill in the changes of all outputs and hand out those asked for; an infinite one is refused */
 static fmi2Status hand_out_changes(ds_instance *instance, const char *call, const double seed[],
                                    const fmi2ValueReference vr[], size_t n, fmi2Real sensitivity[])
@@ -127,7 +143,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     double seeds[DS_VARIABLES] = {0.0};
     if (!ds_legal(instance, call, DS_READABLE) ||
         !ds_sound(instance, call, unknown, n_unknown, sensitivity, DS_REAL) ||
-        !ds_sound(instance, call, known, n_known, seed, DS_REAL) ||
+        !seeds_fit(instance, call, known, n_known, seed) ||
         !all_are(instance, call, unknown, n_unknown, DS_OUTPUT) || !can_be_known(instance, call, known, n_known)) {
         return fmi2Error;
     }

@@ -6,7 +6,6 @@
 #include "fmi2Functions.h"
 #include "fmi2_instance.h"
 
-static const char *const KINDS[] = {"Real", "Integer", "Boolean", "String"};
 
 int ds_sound(const ds_instance *instance, const char *call, const fmi2ValueReference vr[], size_t n, const void *values,
              ds_kind kind)
@@ -22,7 +21,7 @@ int ds_sound(const ds_instance *instance, const char *call, const fmi2ValueRefer
         }
         if (ds_variables[vr[i]].kind != kind) {
             ds_tell(instance, fmi2Error, LOG_ERROR, "%s: variable %s is of type %s", call, ds_variables[vr[i]].name,
-                    KINDS[ds_variables[vr[i]].kind]);
+                    ds_variables[vr[i]].type);
             return 0;
         }
     }

@@ -1,4 +1,4 @@
-"""How to compile the sources of a native FMU, as its documentation page tells."""
+"""Tell on the documentation page how to compile the sources of a native FMU."""
 
 from __future__ import annotations
 

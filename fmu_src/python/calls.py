@@ -1,4 +1,4 @@
-"""How code survives being called by the library that pythonfmu puts into an FMU.
+"""Let code survive being called by the library that pythonfmu puts into an FMU.
 
 That library answers any exception with fmi2Fatal and leaves its instance half destroyed: a later call, even
 fmi2FreeInstance, can crash the process. It knows one other bad answer, "do_step returned False", which becomes
@@ -14,7 +14,7 @@ from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 
 class Guarded(Protocol):
-    """What a guarded method needs of its object."""
+    """Ask of an object what a guarded method needs of it."""
 
     def failed(self, call: str, error: BaseException) -> None:
         """Take note that a call has failed."""

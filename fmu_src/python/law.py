@@ -1,4 +1,4 @@
-"""What the slaves of laws have in common: when they answer, and how they keep what they remember."""
+"""Do what the slaves of laws have in common: answer, and keep what they remember."""
 
 from __future__ import annotations
 

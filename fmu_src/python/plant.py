@@ -1,4 +1,4 @@
-"""What the slaves of the plants have in common: values by name to and from a plant of `models`."""
+"""Do what the slaves of the plants have in common: bring values by name to and from a plant of `models`."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from .table import first_value, misfit
 
 
 class Phase(StrEnum):
-    """Where in its life an instance is (FMI 2.0, section 4.2.4)."""
+    """Name the place in its life at which an instance is (FMI 2.0, section 4.2.4)."""
 
     INSTANTIATED = "instantiated"
     INITIALIZATION = "initialization mode"

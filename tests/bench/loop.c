@@ -51,7 +51,7 @@ static int read_all(const importer *fmu)
 /* Fig. 2 by the bare kernel: outputs read at every communication point */
 EXPORT double bench_kernel(double step, long steps, int cells)
 {
-    const ds_parameters p = {79.3e9, 1.19e-5, 0.095, 1172.0, 89.0, 2000.0, 0.155575, 1.0, 0.03, 0.5, 0.8, 0.9};
+    const ds_parameters p = {79.3e9, 1.19e-5, 0.095, 1172.0, 89.0, 2000.0, {0.155575, 1.0, 0.03, 0.5, 0.8, 0.9}};
     ds_neutral model;
     double outputs[DS_VARIABLES] = {0};
     ds_neutral_build(&model, &p, cells, 0.0);

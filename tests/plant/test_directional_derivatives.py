@@ -254,6 +254,21 @@ def test_what_cannot_be_differentiated_is_refused_by_name():
         plant.go(2.0)
 
 
+def test_a_known_that_is_not_real_contributes_nothing_with_seed_zero():
+    """As when a tool passes all that InitialUnknowns lists for Omega, `form` among it."""
+    with Instance("DissipativeLaw") as law:
+        must(law, law.set(top_speed=9.0, bit_speed=7.0))
+        must(law, law.call("EnterInitializationMode"))
+        knowns = law.references(["top_speed", "form", "c_1"])
+        change = c_double()
+        seeds = (c_double * 3)(1.0, 0.0, 0.0)
+        must(law, law.call("GetDirectionalDerivative", law.references(["Omega"]), 1, knowns, 3, seeds, byref(change)))
+        assert change.value == law.sensitivity("Omega", top_speed=1.0) != 0.0
+        assert ask(law, "Omega", "form", 0.0) == OK
+        assert ask(law, "Omega", "form", 1.0) == ERROR
+        assert law.messages[-1].text.endswith("variable form is of type Enumeration")
+
+
 def test_in_initialization_mode_outputs_are_no_knowns_and_parameters_must_fit():
     with Instance(PLANT) as plant:
         must(plant, plant.call("EnterInitializationMode"))

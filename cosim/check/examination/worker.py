@@ -155,7 +155,8 @@ class CheckWorker:
     def _experiments(self, description: Description) -> tuple[Experiment, ...]:
         if self._job.reference is None:
             return ()
-        return read_reference(Path(self._job.reference), model_names(Path(self._job.fmu), description))
+        read = read_reference(Path(self._job.reference), model_names(Path(self._job.fmu), description))
+        return tuple(experiment.with_numbers(description) for experiment in read)
 
 
 def main() -> None:

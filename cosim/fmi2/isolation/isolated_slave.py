@@ -6,16 +6,17 @@ A step is one request and one reply: the inputs written before it go with it, an
 from __future__ import annotations
 
 import logging
+import math
 import mmap
 import tempfile
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from cosim.errors import FmuFileError, LostSlaveError, RunError, SlaveError, format_time
+from cosim.errors import EndRequestError, FmuFileError, LostSlaveError, RunError, SlaveError, format_time
 from cosim.fmi2.isolation.process import IsolatedProcess, Limits, ProcessLostError, Reply
-from cosim.fmi2.isolation.protocol import Operation, shape_of, shared_block, shared_size
+from cosim.fmi2.isolation.protocol import TEXTS, Operation, shape_of, shared_block, shared_size
 from cosim.recording.record import BASE_TYPES, Block
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
@@ -161,6 +162,10 @@ class IsolatedSlave:
         except RunError as error:
             logging.getLogger("cosim").warning("%s", error)
 
+    def _told_time(self, told: object) -> float:
+        """Return a time that the process has told, s; the present one in place of nonsense."""
+        return told if isinstance(told, float) and math.isfinite(told) else self._time
+
     def _handed_over(self, path: Path) -> bytes:
         """Read a file that the process has written: a plain one of bounded size, as nothing it says is believed."""
         try:
@@ -173,6 +178,9 @@ class IsolatedSlave:
     def _ask(self, operation: Operation, **arguments: Any) -> None:
         """Have an operation done, and raise what it raises there."""
         write, self._written = self._written, _NOT_WRITTEN
+        if write != _NOT_WRITTEN and (driven := self._shared.inputs["String"].driven):
+            texts = self._shared.inputs["String"].values[write, :driven].tolist()
+            arguments["content"] = {**arguments.get("content", {}), TEXTS: texts}
         try:
             reply = self._process.ask(operation, write=write, **arguments)
         except ProcessLostError as error:
@@ -187,13 +195,23 @@ class IsolatedSlave:
             extra = {"category": str(category), "says_why": bool(says_why)}
             logging.getLogger(f"cosim.fmi2.{self.name}").log(int(level), "%s", text, extra=extra)
         if not reply.failed:
+            self._take_texts(reply.content.get(TEXTS))
             return
         error = reply.content.get("error", {})
+        if "end" in error:
+            raise EndRequestError(self.name, self._time, str(error.get("message", "")), self._told_time(error["end"]))
         if "function" in error:
             what = (str(error[key]) for key in ("function", "status", "message"))
             raise SlaveError(self.name, self._time, *what)
         kind = FmuFileError if error.get("file") else RunError
         raise kind(str(error.get("text", "")))
+
+    def _take_texts(self, texts: object) -> None:
+        """Take strings that have been read there; what is no string, or one too many, is none."""
+        if isinstance(texts, list):
+            values = self._shared.outputs["String"].values
+            for column, text in enumerate(cast(list[object], texts)[: values.shape[1]]):
+                values[1, column] = str(text)
 
 
 @contextmanager

@@ -2,7 +2,8 @@
 
 Requests and replies go through pipes, values through memory that both have mapped: a header, in which the process notes
 what it is doing, then two rows of the component's block. Row 0 is for initialisation, as FMUs take slopes from row 1
-on. The master unpickles nothing and believes nothing: what comes back is a status, JSON of bounded size, and numbers.
+on. Strings go with requests and replies. The master unpickles nothing and believes nothing: what comes back is a
+status, JSON of bounded size, and numbers.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.recording.record import BASE_TYPES, BaseType, Block, Section, Slopes
+from cosim.recording.record import BASE_TYPES, DTYPES, TEXT, BaseType, Block, Section, Slopes
 from cosim.system.description import Description
 
 REQUEST = struct.Struct("<BbiddI")
@@ -31,6 +32,9 @@ MOST_REPLY = 2**20
 
 HEADER = struct.Struct("<B7xQ")
 """Operation under way; bytes of memory held, once they are too many."""
+
+TEXTS = "texts"
+"""Key of strings: those of the driven inputs in a request, those of the outputs in a reply."""
 
 _ROWS = 2
 
@@ -109,12 +113,10 @@ def shape_of(block: Block) -> dict[str, Any]:
 def block_of(shape: dict[str, Any], description: Description) -> Block:
     """Make a block without rows."""
 
-    def section(names: list[str], kind: str, driven: int) -> Section:
+    def section(names: list[str], kind: BaseType, driven: int) -> Section:
         variables = tuple(description.by_name[name] for name in names)
         references = np.array([variable.reference for variable in variables], dtype=np.uint32)
-        return Section(
-            variables, references, np.zeros((0, len(names)), np.float64 if kind == "Real" else np.int32), driven
-        )
+        return Section(variables, references, np.zeros((0, len(names)), DTYPES[kind]), driven)
 
     def slopes(references: list[int] | None) -> Slopes | None:
         if references is None:
@@ -131,11 +133,11 @@ def block_of(shape: dict[str, Any], description: Description) -> Block:
 
 def shared_size(block: Block) -> int:
     """Return the bytes of memory that header and rows take."""
-    return HEADER.size + sum(_ROWS * 8 * values.shape[1] for values in block.arrays())
+    return HEADER.size + sum(_ROWS * 8 * values.shape[1] for values in block.arrays() if values.dtype != TEXT)
 
 
 def shared_block(block: Block, memory: mmap.mmap) -> Block:
-    """Return a block like another whose two rows are in shared memory."""
+    """Return a block like another whose two rows are in shared memory, but for strings, which each side has."""
     return block.with_arrays(_views(block.arrays(), memory))
 
 
@@ -143,5 +145,8 @@ def _views(arrays: Sequence[NDArray[Any]], memory: mmap.mmap) -> Iterable[NDArra
     offset = HEADER.size
     for values in arrays:
         columns = values.shape[1]
+        if values.dtype == TEXT:
+            yield np.full((_ROWS, columns), "", TEXT)
+            continue
         yield np.frombuffer(memory, values.dtype, _ROWS * columns, offset).reshape(_ROWS, columns)
         offset += _ROWS * 8 * columns

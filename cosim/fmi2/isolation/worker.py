@@ -17,10 +17,21 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import CosimError, FmuFileError, SlaveError
+from cosim.errors import CosimError, EndRequestError, FmuFileError, SlaveError
 from cosim.fmi2.fmu_slave import FmuSlave, open_fmu
-from cosim.fmi2.isolation.protocol import HEADER, REPLY, REQUEST, Operation, block_of, receive, send, shared_block
+from cosim.fmi2.isolation.protocol import (
+    HEADER,
+    REPLY,
+    REQUEST,
+    TEXTS,
+    Operation,
+    block_of,
+    receive,
+    send,
+    shared_block,
+)
 from cosim.fmi2.model_description import read_description
+from cosim.recording.record import Block
 from cosim.system.description import Description
 
 _LOOK = 0.02
@@ -83,6 +94,7 @@ class Worker:
         self._stack = ExitStack()
         self._description: Description
         self._slave: FmuSlave
+        self._block: Block
         logging.getLogger("cosim").addHandler(self._messages)
         logging.getLogger("cosim").propagate = False
 
@@ -98,12 +110,12 @@ class Worker:
             try:
                 if write >= 0:
                     self._memory.note(Operation.WRITE)
-                    self._slave.write(write)
+                    self._write(write, content)
                 self._memory.note(operation)
                 self._do(operation, slot, now, size, content)
             except CosimError as failure:
                 error = _as_content(failure)
-            self._reply(error)
+            self._reply(error, operation)
 
     def _do(self, operation: Operation, slot: int, now: float, size: float, content: dict[str, Any]) -> None:
         match operation:
@@ -145,12 +157,20 @@ class Worker:
     def _set_up(self, content: dict[str, Any], start_time: float, stop_time: float) -> None:
         memory = self._memory.share(Path(content["memory"]))
         self._memory.note(Operation.SETUP)
-        block = shared_block(block_of(content["shape"], self._description), memory)
+        block = self._block = shared_block(block_of(content["shape"], self._description), memory)
         values = {self._description.by_name[name]: value for name, value in content["start_values"]}
         self._slave.setup(block, values, start_time, stop_time)
 
-    def _reply(self, error: dict[str, Any] | None) -> None:
+    def _write(self, row: int, content: dict[str, Any]) -> None:
+        section = self._block.inputs["String"]
+        if section.driven:
+            section.values[row, : section.driven] = content[TEXTS]
+        self._slave.write(row)
+
+    def _reply(self, error: dict[str, Any] | None, operation: Operation) -> None:
         content: dict[str, Any] = {"error": error} if error else {}
+        if not error and operation in (Operation.STEP, Operation.READ) and self._block.outputs["String"].variables:
+            content[TEXTS] = self._block.outputs["String"].values[1].tolist()
         if messages := self._messages.take():
             content["log"] = messages
         text = json.dumps(content).encode() if content else b""
@@ -159,6 +179,8 @@ class Worker:
 
 def _as_content(error: CosimError) -> dict[str, Any]:
     """Write an error so that the master can raise its like."""
+    if isinstance(error, EndRequestError):
+        return {"end": error.end, "message": error.message[:_LONGEST_MESSAGE]}
     if isinstance(error, SlaveError):
         return {"function": error.function, "status": error.status, "message": error.message[:_LONGEST_MESSAGE]}
     return {"text": str(error)[: 10 * _LONGEST_MESSAGE], "file": isinstance(error, FmuFileError)}

@@ -22,11 +22,12 @@ import lxml.etree  # pyright: ignore[reportMissingTypeStubs, reportMissingModule
 import cosim.fmi2.archive
 from cosim.errors import SspError
 from cosim.fmi2.archive import Archive
-from cosim.fmi2.xml_check import check_xml
+from cosim.fmi2.xml_check import check_xml, in_utf8
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+SSM = "http://ssp-standard.org/SSP1/SystemStructureParameterMapping"
 OWN = "urn:drillstring-cosim:ssp:1"
 
 STRUCTURE = "SystemStructure.ssd"
@@ -34,16 +35,23 @@ RESOURCES = "resources"
 
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 PARAMETER_SET_TYPE = "application/x-ssp-parameter-set"
+MAPPING_TYPE = "application/x-ssp-parameter-mapping"
 
 SCENARIO_ANNOTATION = "drillstring-cosim.scenario"
 """On the whole description: how the system is to be run."""
 SIGNALS_ANNOTATION = "drillstring-cosim.signals"
 """On a component: it stands for signals that drive inputs, and nothing else."""
 
+log = logging.getLogger("cosim")
+
 _etree: Any = lxml.etree  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
 _NAMESPACE = re.compile(r"\{[^}]*\}")
-_SCHEMAS = {SSD: "SystemStructureDescription.xsd", SSV: "SystemStructureParameterValues.xsd"}
-_VERSION = re.compile(r"1\.[0-9]+(-.*)?")
+_SCHEMAS = {
+    SSD: "SystemStructureDescription.xsd",
+    SSV: "SystemStructureParameterValues.xsd",
+    SSM: "SystemStructureParameterMapping.xsd",
+}
+_VERSION = re.compile(r"[12]\.[0-9]+(-.*)?")
 
 
 def read_document(content: bytes, where: str, root: str) -> Element:
@@ -63,7 +71,10 @@ def read_document(content: bytes, where: str, root: str) -> Element:
     SspError
         If it is not XML that can safely be read, is another document or of another version, or breaks the schema.
     """
+    content, flaw = in_utf8(content)
     check_xml(content, where, SspError)
+    if flaw is not None:
+        log.warning("%s: tolerated: %s", where, flaw)
     element = ElementTree.fromstring(content)
     if element.tag != root:
         raise SspError(f"{where}: the root element is {plain_name(element.tag)}; expected {plain_name(root)} of SSP 1")
@@ -75,10 +86,16 @@ def check_document(element: Element, where: str) -> None:
     """Refuse a document that is of another version or breaks the schema, naming the first element that does."""
     version = element.get("version", "")
     if not _VERSION.fullmatch(version):
-        raise SspError(f"{where}: the version is '{version}'; expected 1.0")
+        raise SspError(f"{where}: the version is '{version}'; expected 1.0 or 2.0")
     schema = _schema(element.tag.partition("}")[0].removeprefix("{"))
-    if not schema.validate(_etree.fromstring(ElementTree.tostring(element))):
-        raise SspError(f"{where} breaks the schema of SSP 1.0: {_NAMESPACE.sub('', schema.error_log[0].message)}")
+    document = _etree.fromstring(ElementTree.tostring(element))
+    document.set("version", "1.0")  # which is all that the schema knows
+    if schema.validate(document):
+        return
+    what = f"{where} breaks the schema of SSP 1.0: {_NAMESPACE.sub('', schema.error_log[0].message)}"
+    if not version.startswith("2."):
+        raise SspError(what)
+    log.warning("%s; it is of SSP %s, and what SSP 1.0 has of it is read", what, version)  # whose schema fmpy lacks
 
 
 def write_document(root: Element) -> bytes:
@@ -101,11 +118,10 @@ def _schema(namespace: str) -> Any:
         return _etree.XMLSchema(_etree.parse(str(folder / _SCHEMAS[namespace])))
 
 
-log = logging.getLogger("cosim")
-
-
 class SspArchive:
     """An open .ssp file, of which members are read one by one, never unpacked by their own names."""
+
+    structure = STRUCTURE
 
     def __init__(self, archive: Archive) -> None:
         self.path = archive.path
@@ -125,30 +141,71 @@ class SspArchive:
         return self._names.index(name) if name in self._names else -1
 
     def member(self, source: str, what: str) -> str:
-        """Return the name of the member that a URI of the description means.
+        """Return the name of the member that a URI of the description means; SspError if it leads out."""
+        return _member(self.path, source, what)
 
-        Raises
-        ------
-        SspError
-            If the URI leads out of the archive.
-        """
-        parts = urlsplit(source)
-        path = PurePosixPath(unquote(parts.path))
-        outside = path.is_absolute() or ".." in path.parts or "\\" in str(path)
-        if parts.scheme or parts.netloc or parts.query or parts.fragment or outside or not path.parts:
-            raise SspError(f"{self.path}: the source of {what} is '{source}'; expected a path within the archive")
-        return str(path)
+
+class SspFolder:
+    """A system that lies unpacked: the .ssd file, and beside it what it names."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.structure = path.name
+        self._numbers: dict[str, int] = {}
+
+    def read(self, name: str) -> bytes:
+        """Return the content of a file; SspError if there is none of that name or it cannot be read."""
+        try:
+            return self._file(name).read_bytes()
+        except OSError as error:
+            raise SspError(f"{self.path.parent / name} cannot be read: {error.strerror}") from error
+
+    def copy(self, name: str, target: Path) -> None:
+        """Copy a file; SspError as by `read`."""
+        target.write_bytes(self.read(name))
+
+    def number(self, name: str) -> int:
+        """Return a number for a file, the same each time."""
+        return self._numbers.setdefault(name, len(self._numbers))
+
+    def member(self, source: str, what: str) -> str:
+        """Return the name of the file that a URI of the description means; SspError if it leads out."""
+        return _member(self.path, source, what)
+
+    def _file(self, name: str) -> Path:
+        folder = self.path.parent.resolve()
+        file = (folder / name).resolve()
+        if not file.is_relative_to(folder):
+            raise SspError(f"{self.path}: {name} leads out of the folder of the description")
+        return file
+
+
+SspSource = SspArchive | SspFolder
+"""Where a description and what it names are read from."""
+
+
+def _member(path: Path, source: str, what: str) -> str:
+    """Return the name that a URI of a description means within its archive or folder."""
+    parts = urlsplit(source)
+    name = PurePosixPath(unquote(parts.path))
+    outside = name.is_absolute() or ".." in name.parts or "\\" in str(name)
+    if parts.scheme or parts.netloc or parts.query or parts.fragment or outside or not name.parts:
+        raise SspError(f"{path}: the source of {what} is '{source}'; expected a path within the archive")
+    return str(name)
 
 
 @contextmanager
-def open_archive(path: Path) -> Generator[SspArchive]:
-    """Open an .ssp file for reading.
+def open_source(path: Path) -> Generator[SspSource]:
+    """Open an .ssp file for reading, or an .ssd file that lies unpacked beside what it names.
 
     Raises
     ------
     SspError
         If it is missing, is not a zip archive that can safely be opened, or holds no SystemStructure.ssd.
     """
+    if path.suffix == ".ssd":
+        yield SspFolder(path)
+        return
     with cosim.fmi2.archive.open_archive(path, "an SSP file", SspError) as archive:
         if STRUCTURE not in archive.names:
             raise SspError(f"{path} is not an SSP file: there is no {STRUCTURE} in it")
@@ -171,6 +228,11 @@ def ssc(name: str) -> str:
 def ssv(name: str) -> str:
     """Return the qualified name of an element of a parameter set."""
     return f"{{{SSV}}}{name}"
+
+
+def ssm(name: str) -> str:
+    """Return the qualified name of an element of a parameter mapping."""
+    return f"{{{SSM}}}{name}"
 
 
 def own(name: str) -> str:

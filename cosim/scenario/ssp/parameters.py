@@ -8,19 +8,32 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element, SubElement
 
-from cosim.errors import SspError
+from cosim.errors import SspError, suggestion
 from cosim.scenario.ssp.document import (
+    MAPPING_TYPE,
     PARAMETER_SET_TYPE,
-    SspArchive,
+    SspSource,
     check_document,
     plain_name,
     read_document,
     ssc,
     ssd,
+    ssm,
     ssv,
 )
-from cosim.system.description import BASE_UNITS, Description, Unit, Variable
+from cosim.system.description import (
+    BASE_UNITS,
+    Description,
+    Match,
+    Unit,
+    Variable,
+    compare,
+    converted,
+    describe,
+)
 from cosim.system.signals import Value
+
+log = logging.getLogger("cosim")
 
 
 @dataclass(frozen=True)
@@ -30,23 +43,37 @@ class Given:
     value: Value
     unit: Unit | None = None
 
-    def for_variable(self, label: str, variable: Variable) -> Value:
-        """Return the value in the unit of a variable.
+    def for_variable(self, label: str, variable: Variable, told: set[str] | None = None) -> Value:
+        """Return the value in the unit of a variable, by the rule of `cosim.system.description.compare`.
+
+        Parameters
+        ----------
+        label : str
+            Its full name, for messages.
+        variable : Variable
+            What the value is for.
+        told : set of str, optional
+            Units that have been warned of, which is done once for each.
 
         Raises
         ------
         SspError
             If the units cannot be converted into each other.
         """
-        source, target = self.unit, variable.unit
-        if source is None or isinstance(self.value, bool | str) or source == target:
+        source, target = self.unit, variable.measured_in
+        if source is None or isinstance(self.value, bool | str):
             return self.value
-        if target is None or source.powers is None or source.powers != target.powers:
-            wanted = target.name if target else "no unit"
-            raise SspError(f"{label} is given in {source.name}; expected {wanted} or what can be converted into it")
-        if (source.factor, source.offset) == (target.factor, target.offset):
-            return self.value
-        return (self.value * source.factor + source.offset - target.offset) / target.factor
+        source = source.of_differences if variable.relative else source
+        match = compare(source, target)
+        if match is Match.DIFFERENT or (match is Match.UNKNOWN and target is not None):
+            raise SspError(
+                f"{label} is given in {describe(source)}; expected {describe(target)} or what can be converted into it"
+            )
+        told = set() if told is None else told
+        if match in (Match.ASSUMED, Match.UNKNOWN) and source.name not in told:
+            told.add(source.name)
+            log.warning("%s is given in %s and taken as %s as it is", label, describe(source), describe(target))
+        return converted(self.value, source, target)
 
 
 SET_NAME = "start values"
@@ -85,7 +112,7 @@ def read_parameter_set(root: Element, where: str) -> dict[str, Given]:
     Raises
     ------
     SspError
-        If a value is binary, a name is given twice, or a unit is not defined.
+        If a value is binary, or a name is given twice.
     """
     units = read_units(root.find(ssv("Units")))
     values: dict[str, Given] = {}
@@ -109,13 +136,11 @@ def _given(element: Element, units: Mapping[str, Unit], where: str) -> Given:
     match plain_name(element.tag):
         case "Real":
             unit = element.get("unit")
-            if unit is not None and unit not in units:
-                raise SspError(f"{where} is in the unit {unit}, which the parameter set does not define")
-            return Given(float(text), units[unit] if unit is not None else None)
+            return Given(float(text), units.get(unit, Unit(unit)) if unit is not None else None)
         case "Integer":
             return Given(int(text))
         case "Boolean":
-            return Given(text.strip() in ("true", "1"))
+            return Given(_boolean(text))
         case "Binary":
             raise SspError(f"{where} is binary; expected a number, a Boolean, a string or an enumeration")
         case _:
@@ -136,15 +161,12 @@ def _unit(element: Element) -> Unit:
     return Unit(str(element.get("name")), powers, float(base.get("factor", "1")), float(base.get("offset", "0")))
 
 
-log = logging.getLogger("cosim")
-
-
-def read_bindings(archive: SspArchive, element: Element, where: str) -> dict[str, Given]:
+def read_bindings(archive: SspSource, element: Element, where: str) -> dict[str, Given]:
     """Read all parameter bindings of a component or system; later ones take priority (SSP 1.0, section 5.3.1).
 
     Parameters
     ----------
-    archive : SspArchive
+    archive : SspSource
         Where external parameter sets lie.
     element : Element
         ssd:Component or ssd:System.
@@ -168,10 +190,12 @@ def read_bindings(archive: SspArchive, element: Element, where: str) -> dict[str
             raise SspError(f"{label} has the type {binding.get('type')}; expected {PARAMETER_SET_TYPE}")
         if binding.get("sourceBase", "SSD") != "SSD":
             raise SspError(f"{label} has the sourceBase {binding.get('sourceBase')}; only SSD is supported")
-        if binding.find(ssd("ParameterMapping")) is not None:
-            raise SspError(f"{label} has a ParameterMapping, which is not supported")
         prefix = binding.get("prefix", "")
-        for name, given in _parameter_set(archive, binding, label).items():
+        found = _parameter_set(archive, binding, label)
+        mapping = binding.find(ssd("ParameterMapping"))
+        if mapping is not None:
+            found = _mapped(found, _mapping(archive, mapping, label), label)
+        for name, given in found.items():
             values[prefix + name] = given
     return values
 
@@ -193,25 +217,25 @@ def component_values(
     bound : mapping of str to Given
         From its own bindings, by variable.
     above : mapping of str to Given
-        From the system's bindings, by ``component.variable``; these take precedence.
+        From the bindings of the systems around it, by variable; these take precedence.
     driven : sequence of str
         Inputs, ``component.variable``, that connections drive.
     """
     prefix = f"{name}."
-    inherited = {key.removeprefix(prefix): given for key, given in above.items() if key.startswith(prefix)}
     values: dict[str, Value] = {}
-    for variable, given in {**bound, **inherited}.items():
+    told: set[str] = set()
+    for variable, given in {**bound, **above}.items():
         label = prefix + variable
         if variable not in description.by_name:
             log.warning("%s: %s has no variable of that name; its value is ignored", label, description.model_name)
         elif label in driven:
             log.warning("%s: a connection drives this input; its start value is ignored", label)
         else:
-            values[variable] = given.for_variable(label, description.by_name[variable])
+            values[variable] = given.for_variable(label, description.by_name[variable], told)
     return values
 
 
-def _parameter_set(archive: SspArchive, binding: Element, label: str) -> dict[str, Given]:
+def _parameter_set(archive: SspSource, binding: Element, label: str) -> dict[str, Given]:
     """Read the parameter set of a binding, wherever it is."""
     source, inline = binding.get("source"), binding.find(ssd("ParameterValues"))
     if source is not None and inline is not None:
@@ -228,3 +252,54 @@ def _parameter_set(archive: SspArchive, binding: Element, label: str) -> dict[st
         raise SspError(f"{label} holds {found}; expected one ParameterSet")
     check_document(content[0], label)
     return read_parameter_set(content[0], label)
+
+
+def _mapping(archive: SspSource, element: Element, label: str) -> Element:
+    """Read the parameter mapping of a binding, wherever it is."""
+    if element.get("type", MAPPING_TYPE) != MAPPING_TYPE:
+        raise SspError(f"{label} has a mapping of the type {element.get('type')}; expected {MAPPING_TYPE}")
+    if element.get("sourceBase", "SSD") != "SSD":
+        raise SspError(f"{label} has a mapping with the sourceBase {element.get('sourceBase')}; only SSD is supported")
+    source = element.get("source")
+    if source is not None:
+        name = archive.member(source, f"the mapping of {label.rpartition(': ')[2]}")
+        return read_document(archive.read(name), f"{archive.path.name}: {PurePosixPath(name)}", ssm("ParameterMapping"))
+    content = list(element)
+    if len(content) != 1 or content[0].tag != ssm("ParameterMapping"):
+        raise SspError(f"{label} has a mapping with neither source nor ParameterMapping; expected one of them")
+    check_document(content[0], label)
+    return content[0]
+
+
+def _mapped(values: Mapping[str, Given], mapping: Element, label: str) -> dict[str, Given]:
+    """Apply a parameter mapping (SSP 1.0, chapter 8): by its entries alone values are given, under their targets."""
+    mapped: dict[str, Given] = {}
+    for entry in mapping.iterfind(ssm("MappingEntry")):
+        source, target = str(entry.get("source")), str(entry.get("target"))
+        if source not in values:
+            raise SspError(f"{label} maps {source}, which its parameter set does not hold{suggestion(source, values)}")
+        given = values[source]
+        for child in entry:
+            if plain_name(child.tag) != "Annotations":
+                given = Given(_transformed(given.value, child, f"{label}: {source}"), given.unit)
+        kept = entry.get("suppressUnitConversion") in ("true", "1")
+        mapped[target] = Given(given.value) if kept else given
+    return mapped
+
+
+def _transformed(value: Value, transformation: Element, label: str) -> Value:
+    """Apply a transformation to a value (SSP 1.0, section 4.5.4)."""
+    kind = plain_name(transformation.tag)
+    if kind == "LinearTransformation":
+        if isinstance(value, bool | str):
+            raise SspError(f"{label} is {value!r}; expected a number for a LinearTransformation")
+        return float(transformation.get("factor", "1")) * value + float(transformation.get("offset", "0"))
+    read = {"BooleanMappingTransformation": _boolean, "IntegerMappingTransformation": int}.get(kind, str)
+    for entry in transformation:
+        if read(str(entry.get("source"))) == value:
+            return read(str(entry.get("target")))
+    raise SspError(f"{label} is {value!r}, which its {kind} does not map")
+
+
+def _boolean(text: str) -> bool:
+    return text.strip() in ("true", "1")

@@ -1,17 +1,18 @@
 """Read an .ssp file as a scenario; what is not supported is refused by name.
 
-Supported are components that are FMUs within the archive, connections between them, and parameter bindings, inline or
-external, on components or on the system. Nested systems, connectors of the system, signal dictionaries, parameter
-mappings and transformations are not.
+Supported are components that are FMUs within the archive, in systems nested to any depth, connections between them and
+through connectors of systems and signal dictionaries, and parameter bindings, inline or external, with mappings, on
+components and systems. Transformations on connections are not, and units are not converted on them.
 """
 
 from __future__ import annotations
 
+import logging
 import re
 import tempfile
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element
 
@@ -20,17 +21,15 @@ from cosim.fmi2.model_description import read_description
 from cosim.scenario.scenario import Scenario
 from cosim.scenario.ssp.annotation import read_remarks, stands_for_signals
 from cosim.scenario.ssp.document import (
-    FMU_TYPE,
-    STRUCTURE,
-    SspArchive,
-    open_archive,
-    plain_name,
+    SspSource,
+    open_source,
     read_document,
     ssc,
     ssd,
 )
-from cosim.scenario.ssp.parameters import component_values, read_bindings, read_units
+from cosim.scenario.ssp.parameters import Given, component_values, read_bindings, read_units
 from cosim.scenario.ssp.program import as_signals
+from cosim.scenario.ssp.topology import Topology, read_topology
 from cosim.system.description import Description, Match, Unit, compare, describe
 from cosim.system.structure import Component, Connection, Port, System
 
@@ -41,7 +40,7 @@ _FILE_NAME = re.compile(r"[^/\\:\0-\x1f]+\.fmu")
 def open_ssp(
     path: str | Path, *, stop_time: float | None = None, step_size: float | None = None
 ) -> Generator[Scenario]:
-    """Read an .ssp file; its FMUs lie in a temporary folder until the block is left.
+    """Read an .ssp file, or an unpacked .ssd; its FMUs lie in a temporary folder until the block is left.
 
     Parameters
     ----------
@@ -64,7 +63,7 @@ def open_ssp(
     """
     path = Path(path)
     with tempfile.TemporaryDirectory(prefix="cosim-ssp-") as folder:
-        with open_archive(path) as archive:
+        with open_source(path) as archive:
             try:
                 scenario = _scenario(archive, Path(folder), stop_time, step_size)
             except SspError:
@@ -74,19 +73,24 @@ def open_ssp(
         yield scenario
 
 
-def _scenario(archive: SspArchive, folder: Path, stop_time: float | None, step_size: float | None) -> Scenario:
+def _scenario(archive: SspSource, folder: Path, stop_time: float | None, step_size: float | None) -> Scenario:
     """Read a description and all it needs."""
-    where = f"{archive.path.name}: {STRUCTURE}"
-    root = read_document(archive.read(STRUCTURE), where, ssd("SystemStructureDescription"))
+    structure = archive.structure
+    where = structure if structure == archive.path.name else f"{archive.path.name}: {structure}"
+    root = read_document(archive.read(structure), where, ssd("SystemStructureDescription"))
     remarks = read_remarks(root, where)
     experiment = root.find(ssd("DefaultExperiment"))
     start, stop = (experiment.get(name) if experiment is not None else None for name in ("startTime", "stopTime"))
     stop_time = stop_time if stop_time is not None or stop is None else float(stop)
     step_size = step_size if step_size is not None else remarks.step_size
     if stop_time is None:
-        raise SspError(f"{where} has no DefaultExperiment with a stopTime; expected a stop time to be given")
+        raise SspError(
+            f"{where} has no DefaultExperiment with a stopTime; expected one from --stop-time, or stop_time in Python"
+        )
     if step_size is None:
-        raise SspError(f"{where}: SSP has no communication step size; expected one to be given")
+        raise SspError(
+            f"{where}: SSP has no communication step size; expected one from --step-size, or step_size in Python"
+        )
     return Scenario(
         name=remarks.name or archive.path.stem,
         system=replace(_system(archive, root, folder, where), guards=remarks.guards, power_bonds=remarks.power_bonds),
@@ -100,55 +104,50 @@ def _scenario(archive: SspArchive, folder: Path, stop_time: float | None, step_s
     )
 
 
-def _system(archive: SspArchive, root: Element, folder: Path, where: str) -> System:
+def _system(archive: SspSource, root: Element, folder: Path, where: str) -> System:
     """Read components and connections."""
     (whole,) = root.iterfind(ssd("System"))
-    elements = _components(whole, where)
-    fmus = {name: _unpack(archive, element, folder, where) for name, element in elements.items()}
+    topology = read_topology(whole, where)
+    fmus = {name: _unpack(archive, name, element, folder, where) for name, element in topology.components.items()}
     descriptions = {name: read_description(fmu) for name, fmu in fmus.items()}
-    connectors = {name: read_connectors(root, element, descriptions[name], where) for name, element in elements.items()}
-    connections = read_connections(whole, connectors, where)
+    units = read_units(root.find(ssd("Units")))
+    connections, from_outside = _connections(topology, descriptions, units)
     driven = [connection.target for connection in connections]
-    above = read_bindings(archive, whole, where)
+    bindings = {id(system): read_bindings(archive, system, where) for system in whole.iter(ssd("System"))}
     components: list[Component] = []
-    for name, element in elements.items():
+    for name, element in topology.components.items():
         bound = read_bindings(archive, element, where)
-        values = component_values(name, descriptions[name], bound, above, driven)
+        inherited = _inherited(topology.enclosing[name], bindings)
+        inherited |= {
+            port.variable: given
+            for port, connector in from_outside.items()
+            if port.component == name and (given := bindings[id(whole)].get(connector)) is not None
+        }
+        values = component_values(name, descriptions[name], bound, inherited, driven)
         components.append(Component(name, fmus[name], values))
     system = System(tuple(components), connections)
-    marked = [name for name, element in elements.items() if stands_for_signals(element)]
+    marked = [name for name, element in topology.components.items() if stands_for_signals(element)]
     return as_signals(system, {name: descriptions[name] for name in marked})
 
 
-def _components(whole: Element, where: str) -> dict[str, Element]:
-    """Return the components by name; refuse what else a system may hold."""
-    for connector in whole.iterfind(f"{ssd('Connectors')}/{ssd('Connector')}"):
-        raise SspError(f"{where}: the system has a connector, {connector.get('name')}; none are supported")
-    if whole.find(ssd("SignalDictionaries")) is not None:
-        raise SspError(f"{where}: the system has signal dictionaries; none are supported")
-    components: dict[str, Element] = {}
-    for element in whole.iterfind(f"{ssd('Elements')}/*"):
-        name, kind = str(element.get("name")), plain_name(element.tag)
-        if kind != "Component":
-            raise SspError(f"{where}: {name} is a {kind}; only components are supported")
-        if element.get("type", FMU_TYPE) != FMU_TYPE:
-            raise SspError(f"{where}: component {name} has the type {element.get('type')}; expected {FMU_TYPE}")
-        if element.get("implementation") == "ModelExchange":
-            raise SspError(f"{where}: component {name} is to be used by model exchange; expected co-simulation")
-        if "." in name:
-            raise SspError(f"{where}: component {name} has a dot in its name; expected none")
-        if name in components:
-            raise SspError(f"{where}: two components are called {name}; expected each name once")
-        components[name] = element
-    return components
+def _inherited(
+    enclosing: Sequence[tuple[str, Element]], bindings: Mapping[int, Mapping[str, Given]]
+) -> dict[str, Given]:
+    """Return what the systems around a component give it, by variable; those further out take precedence."""
+    values: dict[str, Given] = {}
+    for name, system in enclosing:
+        prefix = f"{name}."
+        bound = bindings[id(system)].items()
+        values |= {key.removeprefix(prefix): given for key, given in bound if key.startswith(prefix)}
+    return values
 
 
-def _unpack(archive: SspArchive, component: Element, folder: Path, where: str) -> Path:
+def _unpack(archive: SspSource, label: str, component: Element, folder: Path, where: str) -> Path:
     """Put the FMU of a component into a folder, once for all components that share it."""
-    name = archive.member(str(component.get("source")), f"component {component.get('name')}")
+    name = archive.member(str(component.get("source")), f"component {label}")
     file = PurePosixPath(name).name
     if not _FILE_NAME.fullmatch(file):
-        raise SspError(f"{where}: component {component.get('name')} is the file {name}; expected one that ends in .fmu")
+        raise SspError(f"{where}: component {label} is the file {name}; expected one that ends in .fmu")
     # a folder for each member, since two in different folders may have one name; its number, since names can be hostile
     place = folder / str(archive.number(name))
     if not (place / file).exists():
@@ -157,107 +156,75 @@ def _unpack(archive: SspArchive, component: Element, folder: Path, where: str) -
     return place / file
 
 
-_KEPT = ("ConnectionGeometry", "Annotations")
+log = logging.getLogger("cosim")
+
 _CLASHES = (Match.DIFFERENT, Match.SCALED)
 
 
-@dataclass(frozen=True)
-class Connector:
-    """A connector of a component; `unit` is its own or, if it has none, that of the FMU's variable."""
-
-    kind: str
-    unit: Unit | None
-
-
-def read_connectors(root: Element, component: Element, description: Description, where: str) -> dict[str, Connector]:
-    """Read the connectors of a component by name.
+def _connections(
+    topology: Topology, descriptions: Mapping[str, Description], units: Mapping[str, Unit]
+) -> tuple[tuple[Connection, ...], dict[Port, str]]:
+    """Return the connections between components, and the inputs that connectors of the whole system lead to.
 
     Raises
     ------
     SspError
-        If the FMU has no variable of that name, or has it in another unit.
+        If a connector is of no variable, or its value would have to be converted.
     """
-    units = read_units(root.find(ssd("Units")))
-    connectors: dict[str, Connector] = {}
-    for element in component.iterfind(f"{ssd('Connectors')}/{ssd('Connector')}"):
-        name = str(element.get("name"))
-        label = f"{where}: connector {component.get('name')}.{name}"
-        if name not in description.by_name:
-            hint = suggestion(name, description.by_name)
-            raise SspError(f"{label}: {description.model_name} has no variable of that name{hint}")
-        variable = description.by_name[name]
+    connections: list[Connection] = []
+    from_outside: dict[Port, str] = {}
+    for sink in topology.drivers:
+        if sink.kind != "component":
+            continue
+        source, way = topology.source_of(sink)
+        target = Port(sink.owner, sink.name)
+        _check_connector(topology, target, descriptions, units)
+        if source.kind == "system" and not source.owner:
+            from_outside[target] = source.name
+        if source.kind != "component":
+            continue
+        origin = Port(source.owner, source.name)
+        _check_connector(topology, origin, descriptions, units)
+        given, wanted = (_unit_of(topology, port, descriptions, units) for port in (origin, target))
+        unconverted = all(element.get("suppressUnitConversion") in ("true", "1") for element in way)
+        if compare(given, wanted) in _CLASHES and not unconverted:
+            raise SspError(
+                f"{topology.where}: connection {origin} -> {target} leads from {describe(given)} to "
+                f"{describe(wanted)}; conversion of units is not supported"
+            )
+        connections.append(Connection(origin, target, unconverted=unconverted))
+    return tuple(connections), from_outside
+
+
+def _check_connector(
+    topology: Topology, port: Port, descriptions: Mapping[str, Description], units: Mapping[str, Unit]
+) -> None:
+    """Refuse a connector of no variable, or of one in another unit."""
+    label, description = f"{topology.where}: connector {port}", descriptions[port.component]
+    if port.variable not in description.by_name:
+        hint = suggestion(port.variable, description.by_name)
+        raise SspError(f"{label}: {description.model_name} has no variable of that name{hint}")
+    own = description.by_name[port.variable].measured_in
+    unit = _unit_of(topology, port, descriptions, units)
+    match = Match.SAME if own is None or unit is None else compare(unit, own)
+    if match in _CLASHES:
+        raise SspError(
+            f"{label} is in {describe(unit)}, the FMU's variable in {describe(own)}; "
+            "conversion of units is not supported"
+        )
+    if match is not Match.SAME:
+        log.warning("%s is in %s, the FMU's variable in %s; taken for the same", label, describe(unit), describe(own))
+
+
+def _unit_of(
+    topology: Topology, port: Port, descriptions: Mapping[str, Description], units: Mapping[str, Unit]
+) -> Unit | None:
+    """Return the unit of a connector: its own or, if it has none, that of the FMU's variable."""
+    variable = descriptions[port.component].by_name[port.variable]
+    for element in topology.components[port.component].iterfind(f"{ssd('Connectors')}/{ssd('Connector')}"):
         kind = element.find(ssc("Real"))
         given = kind.get("unit") if kind is not None else None
-        unit = units.get(given, Unit(given)) if given is not None else variable.unit
-        if variable.unit is not None and unit is not None and compare(unit, variable.unit) is not Match.SAME:
-            raise SspError(
-                f"{label} is in {describe(unit)}, the FMU's variable in {describe(variable.unit)}; "
-                "conversion of units is not supported"
-            )
-        connectors[name] = Connector(str(element.get("kind")), unit)
-    return connectors
-
-
-def read_connections(
-    whole: Element, connectors: Mapping[str, Mapping[str, Connector]], where: str
-) -> tuple[Connection, ...]:
-    """Read the connections of a system, whichever way round they are written.
-
-    Parameters
-    ----------
-    whole : Element
-        ssd:System.
-    connectors : mapping
-        By component and name.
-    where : str
-        File it is from, for messages.
-
-    Raises
-    ------
-    SspError
-        If an end does not exist or belongs to the system, the kinds do not fit, or the values would have to be
-        transformed.
-    """
-    path = f"{ssd('Connections')}/{ssd('Connection')}"
-    return tuple(_connection(element, connectors, where) for element in whole.iterfind(path))
-
-
-def _connection(element: Element, connectors: Mapping[str, Mapping[str, Connector]], where: str) -> Connection:
-    """Read one connection."""
-    start, end = _end(element, "start", connectors, where), _end(element, "end", connectors, where)
-    label = f"{where}: connection {start} -> {end}"
-    for child in element:
-        if plain_name(child.tag) not in _KEPT:
-            raise SspError(f"{label} has a {plain_name(child.tag)}, which is not supported")
-    (first, second) = (_connector(port, connectors) for port in (start, end))
-    if compare(first.unit, second.unit) in _CLASHES and element.get("suppressUnitConversion") not in ("true", "1"):
-        raise SspError(
-            f"{label} leads from {describe(first.unit)} to {describe(second.unit)}; conversion of units is not "
-            "supported"
-        )
-    if (first.kind, second.kind) == ("input", "output"):
-        return Connection(end, start)
-    if (first.kind, second.kind) != ("output", "input"):
-        raise SspError(f"{label} leads from {first.kind} to {second.kind}; expected an output and an input")
-    return Connection(start, end)
-
-
-def _end(element: Element, side: str, connectors: Mapping[str, Mapping[str, Connector]], where: str) -> Port:
-    """Return the port of one end."""
-    name, component = element.get(f"{side}Connector", ""), element.get(f"{side}Element")
-    if not component:
-        raise SspError(f"{where}: a connection leads to the connector {name} of the system, which is not supported")
-    if component not in connectors:
-        hint = suggestion(component, connectors)
-        raise SspError(
-            f"{where}: a connection leads to {component}.{name}, but there is no component of that name{hint}"
-        )
-    if name not in connectors[component]:
-        hint = suggestion(name, connectors[component])
-        raise SspError(f"{where}: a connection leads to {component}.{name}, which has no such connector{hint}")
-    return Port(component, name)
-
-
-def _connector(port: Port, connectors: Mapping[str, Mapping[str, Connector]]) -> Connector:
-    """Find the connector of a port."""
-    return connectors[port.component][port.variable]
+        if element.get("name") == port.variable and given is not None:
+            unit = units.get(given, Unit(given))
+            return unit.of_differences if variable.relative else unit
+    return variable.measured_in

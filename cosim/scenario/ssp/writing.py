@@ -21,7 +21,7 @@ from cosim.scenario.ssp.annotation import add_scenario, mark_as_signals
 from cosim.scenario.ssp.document import FMU_TYPE, PARAMETER_SET_TYPE, RESOURCES, STRUCTURE, ssc, ssd, write_document
 from cosim.scenario.ssp.parameters import parameter_set
 from cosim.scenario.ssp.program import as_components
-from cosim.system.compatibility import check_system
+from cosim.system.compatibility import check_system, read_written
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
 from cosim.system.structure import Component, Connection, Port, System
@@ -76,7 +76,8 @@ def export_ssp(
 
 def ssp_files(scenario: Scenario, packaging: str) -> dict[str, bytes]:
     """Return what goes into the archive, by name."""
-    system, marked = as_components(scenario.system)
+    given = described(scenario.system, packaging, scenario.folder)
+    system, marked = as_components(read_written(scenario.system, given))
     paths = {part.name: locate_fmu(part.fmu, packaging, scenario.folder) for part in system.components}
     descriptions = {name: read_description(fmu) for name, fmu in paths.items()}
     start_values = check_system(system, descriptions)
@@ -90,6 +91,11 @@ def ssp_files(scenario: Scenario, packaging: str) -> dict[str, bytes]:
         if part.values:
             files[_set_name(part)] = write_document(parameter_set(part.values, part.description))
     return {STRUCTURE: write_document(_structure(scenario, system, parts, marked)), **files}
+
+
+def described(system: System, packaging: str, folder: Path | None) -> dict[str, Description]:
+    """Read the model descriptions of components by name."""
+    return {part.name: read_description(locate_fmu(part.fmu, packaging, folder)) for part in system.components}
 
 
 def _named(component: str, values: Mapping[Variable, Value]) -> dict[str, Value]:
@@ -174,9 +180,10 @@ def _add_component(elements: Element, part: _Part, driven: set[Port]) -> Element
 def _ends(connection: Connection) -> dict[str, str]:
     """Write a connection as attributes."""
     source, target = connection.source, connection.target
-    return {
+    ends = {
         "startElement": source.component,
         "startConnector": source.variable,
         "endElement": target.component,
         "endConnector": target.variable,
     }
+    return {**ends, "suppressUnitConversion": "true"} if connection.unconverted else ends

@@ -1,4 +1,4 @@
-"""What the documentation page of DissipativeLaw says.
+"""Write the documentation page of DissipativeLaw.
 
 Labels "Eq. (n)" are numbers of the paper, "model n" those of docs/model.md, as in the interface table.
 """

@@ -1,4 +1,4 @@
-"""What the documentation page of DrillingProgram says.
+"""Write the documentation page of DrillingProgram.
 
 Labels "Eq. (n)" are numbers of the paper, "model n" those of docs/model.md, as in the interface table.
 """

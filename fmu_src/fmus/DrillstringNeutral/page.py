@@ -1,4 +1,4 @@
-"""What the documentation page of DrillstringNeutral says.
+"""Write the documentation page of DrillstringNeutral.
 
 Labels "Eq. (n)" are numbers of the paper, "model n" those of docs/model.md, as in the interface table.
 """

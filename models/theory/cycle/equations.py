@@ -51,7 +51,7 @@ class Orbit:
 
     @property
     def timing(self) -> Timing:
-        """When the bit slips."""
+        """Return the times at which the bit slips."""
         return self.mesh.timing
 
     @property

@@ -29,7 +29,7 @@ NARROWEST = 1e-7
 
 @dataclass(frozen=True)
 class Timing:
-    """When the bit slips in a period, which begins with its breaking loose.
+    """Hold the times at which the bit slips in a period, which begins with its breaking loose.
 
     Attributes
     ----------

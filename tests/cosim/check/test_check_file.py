@@ -118,6 +118,26 @@ def test_a_start_value_out_of_bounds_fails(make_suspect: Maker, old: str, new: s
     assert not report.passed
 
 
+LOCAL = '<ScalarVariable name="alias" valueReference="{}" causality="local"{}>{}</ScalarVariable></ModelVariables>'
+
+
+@pytest.mark.parametrize(
+    ("reference", "attributes", "kind", "found"),
+    [
+        (3, "", '<Real unit="m"/>', "z and alias are in m/s (= m s^-1) and m (= m)"),
+        (3, "", "<Real/>", "z and alias are in m/s (= m s^-1) and no unit"),
+        (1, ' variability="fixed" initial="exact"', '<Real unit="1" start="2"/>', "gain and alias start at 1 and 2"),
+        (3, "", '<Real unit="m/s"/>', None),
+        (2, ' variability="discrete"', "<Integer/>", None),
+    ],
+)
+def test_aliases_with_other_units_or_starts_fail(
+    make_suspect: Maker, reference: int, attributes: str, kind: str, found: str | None
+) -> None:
+    made = make_suspect(replace={"</ModelVariables>": LOCAL.format(reference, attributes, kind)})
+    assert failures(check_fmu(made)).get("aliases") == found
+
+
 def test_units_that_are_missing_or_without_base_units_are_noted(make_suspect: Maker) -> None:
     vague = make_suspect(replace={'<Unit name="m"><BaseUnit m="1"/></Unit>': '<Unit name="m"/>'})
     assert finding(check_fmu(vague), "units").found == "not in base units: m"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cosim.check import Comparison, Finding, Group, Report, Verdict, check_fmu
-from cosim.check.comparison import UNSTATED, Result, compare, default_tolerance
+from cosim.check.examination.simulate import UNSTATED, Result, compare, default_tolerance
 from cosim.check.reference import Tolerance, read_reference, read_series
 from cosim.errors import InputError
 from cosim.system.description import Variable
@@ -328,3 +328,31 @@ def test_unstated_tolerances_follow_the_range_of_the_reference() -> None:
     assert default_tolerance(REAL, values, 0.1) == Tolerance(UNSTATED, absolute=0.02, time=0.1)
     assert default_tolerance(REAL, np.array([3.0, 3.0]), 0.1).absolute == 3e-3
     assert default_tolerance(COUNT, values, 0.1).absolute == 0.0
+
+
+MODE = '<Enumeration declaredType="Mode"'
+CHOOSING = {
+    '<Integer start="0"/>': f'{MODE} start="1"/>',
+    'name="n_next" valueReference="1" causality="output" variability="discrete"><Integer/>': (
+        f'name="n_next" valueReference="1" causality="output" variability="discrete">{MODE}/>'
+    ),
+    '<Item name="fast" value="5"/>': "".join(
+        f'<Item name="{name}" value="{value}"/>' for name, value in (("twice", 2), ("fast", 5), ("six", 6))
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("last", "verdict"), [("six", Verdict.PASSED), ("fast", Verdict.FAILED), ("6", Verdict.PASSED)]
+)
+def test_columns_of_enumerations_hold_names_of_items(
+    make_probe: Maker, tmp_path: Path, last: str, verdict: Verdict
+) -> None:
+    folder = tmp_path / "reference"
+    folder.mkdir()
+    (folder / "probe_in.csv").write_text("time,n\n0,slow\n0.5,fast\n1,5\n")
+    (folder / "probe_ref.csv").write_text(f"time,n_next\n0.25,twice\n1,{last}\n")
+    (folder / "probe_ref.opt").write_text("StartTime,0\nStopTime,1\nStepSize,0.25\n")
+    report = check_fmu(make_probe(replace=CHOOSING), folder)
+    (found,) = (each for each in report.findings if each.group is Group.REFERENCE)
+    assert found.verdict is verdict, found

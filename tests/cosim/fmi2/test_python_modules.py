@@ -92,6 +92,14 @@ def test_so_does_an_fmu_whose_module_is_named_as_one_of_the_program(
     assert values(a=make("a", "own_3", 2.0, "programs_own")) == [2.0]
 
 
+def test_the_installed_library_is_the_one_that_fmus_bring(make: Make, caplog: pytest.LogCaptureFixture) -> None:
+    import pythonfmu  # pyright: ignore[reportMissingTypeStubs]
+
+    assert pythonfmu.__file__
+    assert values(a=make("a", "twin_5", 1.0)) == [1.0]
+    assert told(caplog) == []
+
+
 def test_equal_modules_share_the_process(make: Make, caplog: pytest.LogCaptureFixture) -> None:
     fmu = make("a", "twin_3", 1.0)
     with caplog.at_level(logging.INFO):

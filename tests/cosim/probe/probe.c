@@ -1,7 +1,9 @@
 /* A minimal FMI 2.0 co-simulation FMU that shows what a master did to it.
 
    Its name makes it behave as FMUs out there do: "resetting" puts parameters back in fmi2SetupExperiment, "forgetful"
-   loses one while it initialises, "dividing" has u = 4 and refuses u = 0, "offering" has u_seen = 5, "strict" refuses a step beyond its stop time by any bit.
+   loses one while it initialises, "dividing" has u = 4 and refuses u = 0, "offering" has u_seen = 5, "strict" refuses a step beyond its stop time by any bit,
+   "forgetting" restores all of its state but the integral, "stateless" fails to restore any, "counting" counts all steps
+   that it has ever taken, "ending" ends itself at fail_at, and "ending-mute" does so without telling when.
 
    With a fail_status from 10 on it misbehaves, in the function that its parameter text names, or in fmi2DoStep. */
 #include <signal.h>
@@ -12,6 +14,7 @@
 
 enum { VR_U, VR_V, VR_INTEGRAL, VR_U_SEEN, VR_FAIL_AT, VR_FAIL_STATUS, VR_GAIN, REALS };
 enum { VR_N, VR_N_NEXT, VR_MODE, INTEGERS };
+enum { VR_TEXT, VR_SAID, VR_HEARD, TEXTS };
 
 typedef struct {
     const fmi2CallbackFunctions *functions;
@@ -20,10 +23,11 @@ typedef struct {
     double u_dot;
     int integer[INTEGERS];
     int flag;
-    char text[64];
+    char text[TEXTS][64];
     double time;
     double stop;
     int promised; /* not to go back */
+    int ended;
 } Probe;
 
 #define SELF Probe *self = (Probe *)c
@@ -38,7 +42,7 @@ static void say(Probe *self, fmi2Status status, const char *format, double value
 enum { SEGFAULT = 10, ABORT, EXIT, HANG, GROW, DEMAND, SHOUT };
 
 static void misbehave(Probe *self, const char *place) {
-    if (self->real[VR_FAIL_STATUS] < SEGFAULT || strcmp(self->text[0] ? self->text : "step", place) != 0) return;
+    if (self->real[VR_FAIL_STATUS] < SEGFAULT || strcmp(self->text[VR_TEXT][0] ? self->text[VR_TEXT] : "step", place) != 0) return;
     switch ((int)self->real[VR_FAIL_STATUS]) {
     case SEGFAULT: signal(SIGSEGV, SIG_DFL); raise(SIGSEGV); break;
     case ABORT: abort();
@@ -87,7 +91,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2R
     self->stop = f;
     if (strcmp(self->name, "resetting") == 0) {
         self->real[VR_GAIN] = 1.0;
-        self->text[0] = 0;
+        self->text[VR_TEXT][0] = 0;
     }
     return fmi2OK;
 }
@@ -153,13 +157,13 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     return fmi2OK;
 }
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
-    SELF; (void)vr;
-    for (size_t i = 0; i < n; i++) strncpy(self->text, value[i], sizeof self->text - 1);
+    SELF;
+    for (size_t i = 0; i < n; i++) strncpy(self->text[vr[i]], value[i], sizeof self->text[0] - 1);
     return fmi2OK;
 }
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
-    SELF; (void)vr;
-    for (size_t i = 0; i < n; i++) value[i] = self->text;
+    SELF;
+    for (size_t i = 0; i < n; i++) value[i] = self->text[vr[i]];
     return fmi2OK;
 }
 
@@ -175,6 +179,12 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_ro
         say(self, fmi2Error, "a step beyond the stop time, by %g s", t + h - self->stop);
         return fmi2Error;
     }
+    if (strncmp(self->name, "ending", 6) == 0 && t + h > self->real[VR_FAIL_AT] + 1e-9) {
+        self->ended = 1;
+        self->time = self->real[VR_FAIL_AT];
+        say(self, fmi2Discard, "nothing is left to drill at %g s", self->time);
+        return fmi2Discard;
+    }
     if (t >= self->real[VR_FAIL_AT]) {
         misbehave(self, "step");
         fmi2Status status = self->real[VR_FAIL_STATUS] < SEGFAULT ? (fmi2Status)self->real[VR_FAIL_STATUS]
@@ -186,9 +196,14 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_ro
     /* Exact for an input that is linear within the step. */
     self->real[VR_INTEGRAL] += self->real[VR_GAIN] * h * (self->real[VR_U] + 0.5 * h * self->u_dot);
     self->real[VR_U_SEEN] = self->real[VR_U] + h * self->u_dot;
+    memcpy(self->text[VR_HEARD], self->text[VR_SAID], sizeof self->text[0]);
     self->integer[VR_N_NEXT] = self->integer[VR_N] + self->integer[VR_MODE];
     self->time = t + h;
     self->promised = no_rollback;
+    if (strcmp(self->name, "counting") == 0) {
+        static int steps = 0;
+        self->integer[VR_N_NEXT] = ++steps;
+    }
     return fmi2OK;
 }
 
@@ -205,7 +220,13 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
         say(self, fmi2Error, "it was promised not to go back to %g s", ((Probe *)s)->time);
         return fmi2Error;
     }
+    if (strcmp(self->name, "stateless") == 0) {
+        say(self, fmi2Error, "there is no way back to %g s", ((Probe *)s)->time);
+        return fmi2Error;
+    }
+    const double integral = self->real[VR_INTEGRAL];
     memcpy(self, s, sizeof(Probe));
+    if (strcmp(self->name, "forgetting") == 0) self->real[VR_INTEGRAL] = integral;
     return fmi2OK;
 }
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {
@@ -225,11 +246,16 @@ UNUSED(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueReference v
        fmi2Real v[])
 UNUSED(fmi2CancelStep, fmi2Component c)
 UNUSED(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
-UNUSED(fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind k, fmi2Real *v)
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *v) {
+    SELF;
+    if (k != fmi2LastSuccessfulTime || strcmp(self->name, "ending-mute") == 0) return fmi2Discard;
+    *v = self->time;
+    return fmi2OK;
+}
 UNUSED(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v) {
-    (void)c; (void)k;
-    *v = fmi2False;
+    SELF;
+    *v = k == fmi2Terminated && self->ended;
     return fmi2OK;
 }
 UNUSED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)

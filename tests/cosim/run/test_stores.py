@@ -16,8 +16,8 @@ from cosim.errors import CheckpointError, InputError, OutputError
 from cosim.master.run import Snapshot
 from cosim.recording.result import Column, Rows
 from cosim.run import zarr_store
-from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.store import create_csv, csv_file, decimate, reopen_csv
+from cosim.run.stream import read_checkpoint, write_checkpoint
 from cosim.run.zarr_store import create_zarr, reopen_zarr
 
 COLUMNS = (

@@ -7,7 +7,8 @@ import logging
 import pytest
 
 from cosim import Component, Connection, Constant, Step, System, ramp
-from cosim.errors import SystemDefinitionError
+from cosim.errors import SspError, SystemDefinitionError
+from cosim.scenario.ssp.parameters import Given
 from cosim.system.compatibility import check_system
 from cosim.system.description import Description, Unit, Variable
 
@@ -136,7 +137,7 @@ def test_start_values_take_the_type_of_their_variable() -> None:
         ("plant.gate", Constant(1.0), "is 1.0; expected true or false"),
         ("plant.WOB", Constant(-1.0), "is -1 N; expected a finite number >= 0"),
         ("plant.WOB", Step(1.0, -2.0, 0.5), "is -2 N; expected a finite number >= 0"),
-        ("plant.label", Constant(1.0), "is String; a signal drives numbers"),
+        ("plant.label", Constant(1.0), "is 1.0; expected a string"),
     ],
 )
 def test_a_signal_that_does_not_fit_is_refused(target: str, signal, message: str) -> None:
@@ -149,3 +150,86 @@ def test_a_value_replaces_a_signal_but_not_a_connection() -> None:
     assert base.with_values({"plant.Omega": 5.0}).inputs["plant.Omega"] == Constant(5.0)
     assert base.with_values({"plant.L": 5.0}).components[0].parameters == {"L": 5.0}
     assert base.inputs["plant.Omega"] == Step(1.0, 2.0, 3.0), "the original stays as it is"
+
+
+KELVIN = Unit("K", (0, 0, 0, 0, 1, 0, 0, 0))
+CELSIUS = Unit("degC", (0, 0, 0, 0, 1, 0, 0, 0), offset=273.15)
+
+
+def ends(source: Variable, target: Variable, **options: bool) -> None:
+    """Check a connection between two variables."""
+    descriptions = {"a": Description("A", "A", "{1}", (source,)), "b": Description("B", "B", "{2}", (target,))}
+    components = (Component("a", "a.fmu"), Component("b", "b.fmu"))
+    check_system(System(components, (Connection("a.y", "b.u", **options),)), descriptions)
+
+
+def end(name: str, **attributes) -> Variable:
+    return Variable(name, 0, "Real", "output" if name == "y" else "input", **attributes)
+
+
+def test_differences_have_no_offset(caplog: pytest.LogCaptureFixture) -> None:
+    ends(end("y", unit=CELSIUS, relative=True), end("u", unit=KELVIN, relative=True))
+    ends(end("y", unit=CELSIUS, relative=True), end("u", unit=KELVIN))
+    assert caplog.text == ""
+    with pytest.raises(SystemDefinitionError, match=r"in degC \(= K\); expected degC \(= K \+ 273\.15\)"):
+        ends(end("y", unit=CELSIUS, relative=True), end("u", unit=CELSIUS))
+    with pytest.raises(SystemDefinitionError, match=r"the source is in degC \(= K \+ 273\.15\); expected K"):
+        ends(end("y", unit=CELSIUS), end("u", unit=KELVIN))
+
+
+@pytest.mark.parametrize(
+    ("variable", "value"), [(end("u", unit=KELVIN), 278.15), (end("u", unit=KELVIN, relative=True), 5.0)]
+)
+def test_a_difference_is_converted_without_offset(variable: Variable, value: float) -> None:
+    assert Given(5.0, CELSIUS).for_variable("b.u", variable) == value
+
+
+def test_a_unit_that_one_side_does_not_define_is_taken_by_its_name_with_one_warning(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    outputs = tuple(Variable(f"y{index}", index, "Real", "output", unit=Unit("rad/s")) for index in range(3))
+    inputs = tuple(Variable(f"u{index}", index, "Real", "input", unit=SPEED) for index in range(3))
+    descriptions = {"a": Description("A", "A", "{1}", outputs), "b": Description("B", "B", "{2}", inputs)}
+    connections = tuple(Connection(f"a.y{index}", f"b.u{index}") for index in range(3))
+    check_system(System((Component("a", "a.fmu"), Component("b", "b.fmu")), connections), descriptions)
+    (record,) = caplog.records
+    assert record.getMessage() == (
+        "connection a.y0 -> b.u0: rad/s and rad/s (= s^-1 rad) are taken for the same unit, which one FMU does not "
+        "define"
+    )
+
+
+def test_a_value_is_taken_by_the_name_of_its_unit_and_warned_of_once(caplog: pytest.LogCaptureFixture) -> None:
+    told: set[str] = set()
+    given = Given(5.0, Unit("rad/s"))
+    assert [given.for_variable("a.u", end("u", unit=SPEED), told) for _ in range(2)] == [5.0, 5.0]
+    assert given.for_variable("a.u", end("u"), told) == 5.0
+    assert [record.getMessage() for record in caplog.records] == [
+        "a.u is given in rad/s and taken as rad/s (= s^-1 rad) as it is"
+    ]
+    with pytest.raises(SspError, match=r"a\.u is given in rpm; expected rad/s"):
+        Given(5.0, Unit("rpm")).for_variable("a.u", end("u", unit=SPEED))
+
+
+def test_units_are_not_compared_where_values_are_passed_on_unconverted() -> None:
+    with pytest.raises(SystemDefinitionError, match="values are passed on unconverted"):
+        ends(end("y", unit=RPM), end("u", unit=SPEED))
+    ends(end("y", unit=RPM), end("u", unit=SPEED), unconverted=True)
+
+
+def chosen(name: str, items: dict[str, int]) -> Variable:
+    return Variable(name, 0, "Enumeration", "output" if name == "y" else "input", "discrete", start="1", items=items)
+
+
+def test_enumerations_with_other_items_connect_with_a_warning_or_not_at_all(caplog: pytest.LogCaptureFixture) -> None:
+    ends(chosen("y", FORM), chosen("u", dict(reversed(FORM.items()))))
+    assert caplog.text == ""
+    ends(chosen("y", FORM), chosen("u", {"printed": 1, "other": 3}))
+    assert (
+        "connection a.y -> b.u: the items at the source are 'printed' (1), 'tracking' (2), at the input 'printed' (1), "
+        "'other' (3); numbers are passed on"
+    ) in caplog.text
+    ends(chosen("y", FORM), chosen("u", {}))
+    assert "at the input none" in caplog.text
+    with pytest.raises(SystemDefinitionError, match=r"a\.y -> b\.u: 'tracking' is 2 at the source; expected 7"):
+        ends(chosen("y", FORM), chosen("u", {"printed": 1, "tracking": 7}))

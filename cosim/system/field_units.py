@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from cosim.errors import SystemDefinitionError
-from cosim.system.description import Description, Match, Unit, Variable, compare, describe
+from cosim.system.description import Description, Match, Unit, Variable, compare, converted, describe
 from cosim.system.signals import Table
 from cosim.system.structure import Port, System
 
@@ -102,8 +102,8 @@ def in_declared_units(system: System, descriptions: Mapping[str, Description]) -
     }
     if not known:
         return system
-    converted = {port: _converted(port, inputs[port], variable) for port, variable in known.items()}
-    return replace(system, inputs={**system.inputs, **converted})
+    changed = {port: _converted(port, inputs[port], variable) for port, variable in known.items()}
+    return replace(system, inputs={**system.inputs, **changed})
 
 
 def _converted(port: Port, table: Table, variable: Variable) -> Table:
@@ -115,8 +115,6 @@ def _converted(port: Port, table: Table, variable: Variable) -> Table:
     if table.unit == declared.name:
         return replace(table, unit="")
     source = field_unit(table.unit)
-    if source is not None and variable.relative:
-        source = source.of_differences
     target = declared if declared.powers is not None else field_unit(declared.name)
     if source is None or target is None:
         what = f"which is no unit known here; expected one that is, or a factor to {declared.name}"
@@ -126,6 +124,6 @@ def _converted(port: Port, table: Table, variable: Variable) -> Table:
     if compare(source, target) is Match.DIFFERENT:
         raise SystemDefinitionError(f"{port}: the table is in {describe(source)}; expected {describe(target)}")
     log.info("%s: the table is in %s, and is converted to %s", port, table.unit, declared.name)
-    # so that 1 rpm is the same number whether or not the declared unit is the base unit
-    points = (((point * source.factor) + source.offset - target.offset) / target.factor for point in table.points)
-    return Table(table.times, tuple(points))
+    if variable.relative:
+        source, target = source.of_differences, target.of_differences
+    return Table(table.times, tuple(converted(point, source, target) for point in table.points))

@@ -10,7 +10,7 @@ import pytest
 
 from cosim import co_simulate
 from cosim.errors import ScenarioError, SystemDefinitionError
-from cosim.system.description import Unit
+from cosim.system.description import Unit, Variable
 from cosim.system.field_units import field_unit, in_declared_units
 from cosim.system.signals import Table
 from cosim.system.structure import Component, System
@@ -60,6 +60,16 @@ def test_values_in_units_of_the_field_reach_the_input_in_its_own(
 ) -> None:
     table = read_table(written(f"time,{header}\n0,{value}\n5,{value}\n"))
     assert driven(table, declared).points == pytest.approx((expected, expected), rel=1e-12)
+
+
+def test_a_difference_of_temperatures_is_converted_without_an_offset(written) -> None:
+    table = read_table(written("time,dT (degF)\n0,9\n"))
+    kelvin = Unit("K", (0, 0, 0, 0, 1, 0, 0, 0))
+    difference = Variable("u", 0, "Real", "input", unit=kelvin, start="0", relative=True)
+    system = System((Component("plant", "fake"),), inputs={"plant.u": table})
+    found = in_declared_units(system, {"plant": describe(extra=(difference,))}).inputs["plant.u"]
+    assert isinstance(found, Table)
+    assert found.points == pytest.approx((5.0,), rel=1e-15)
 
 
 def test_the_master_steps_with_converted_values(written) -> None:

@@ -28,7 +28,13 @@ _KEYS = (
 
 
 def scenario_names() -> tuple[str, ...]:
-    """Return the names of the scenarios that come with the package."""
+    """Return the names of the scenarios that come with the package.
+
+    Returns
+    -------
+    tuple of str
+        In alphabetical order, each to be given to `load_scenario`.
+    """
     return tuple(sorted(path.stem for path in SCENARIOS.glob("*.toml")))
 
 
@@ -39,6 +45,11 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     ----------
     name_or_path : str or Path
         A name such as ``"stick-slip"``, or the path of a file that ends in ``.toml``.
+
+    Returns
+    -------
+    Scenario
+        To be given to `cosim.simulate`, or to be changed first.
 
     Raises
     ------

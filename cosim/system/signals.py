@@ -91,7 +91,13 @@ class Signal(Protocol):
 
 @dataclass(frozen=True)
 class Constant(Signal):
-    """One value for ever, of any type; for an enumeration a number or an item's name."""
+    """Hold one value for ever.
+
+    Parameters
+    ----------
+    value : float, int, bool or str
+        In the unit of what it drives; for an enumeration a number or an item's name.
+    """
 
     kind: ClassVar[str] = "constant"
 
@@ -132,7 +138,20 @@ class Constant(Signal):
 
 @dataclass(frozen=True)
 class Step(Signal):
-    """`before` until the time `at` [s], `after` from then on; of any type, as `Constant`."""
+    """Jump from one value to another.
+
+    Parameters
+    ----------
+    before, after : float, int, bool or str
+        The values until the jump and from it on, of one type, as those of `Constant`.
+    at : float
+        Time of the jump, s.
+
+    Raises
+    ------
+    ScenarioError
+        If the time is not finite, or the values are of two types.
+    """
 
     kind: ClassVar[str] = "step"
 
@@ -266,7 +285,20 @@ class Table(Signal):
 
 @dataclass(frozen=True)
 class Ramp(Signal):
-    """Straight from `initial` to `final` within `duration` [s] from the time `start` [s]; of type Real."""
+    """Go from one value to another on a straight line.
+
+    Parameters
+    ----------
+    initial, final : float
+        The values before the change and after it, in the unit of what it drives.
+    start, duration : float
+        When the change begins, and how long it takes, s.
+
+    Raises
+    ------
+    ScenarioError
+        If a number is not finite, or the duration is negative.
+    """
 
     kind: ClassVar[str] = "ramp"
 
@@ -328,12 +360,24 @@ def _duration(begin: float, end: float) -> float:
 
 
 def ramp(initial: float, final: float, start: float, duration: float) -> Step | Ramp:
-    """Build the signal that goes straight from `initial` to `final` within `duration` [s] from the time `start` [s].
+    """Build the signal that goes from one value to another on a straight line.
+
+    Parameters
+    ----------
+    initial, final : float
+        The values before the change and after it, in the unit of what it drives.
+    start, duration : float
+        When the change begins, and how long it takes, s.
+
+    Returns
+    -------
+    Ramp or Step
+        A step if the duration is zero.
 
     Raises
     ------
     ScenarioError
-        If a number is not finite or the duration is negative. A duration of zero is a step.
+        If a number is not finite, or the duration is negative.
     """
     if duration == 0:
         _require_finite("ramp", initial=initial, final=final)

@@ -128,6 +128,11 @@ def read_table(
     gaps : str
         What to do where a value is missing: ``"refuse"``; ``"hold"``, the last value; or ``"interpolate"``.
 
+    Returns
+    -------
+    Table
+        Over time, to drive an input with.
+
     Raises
     ------
     ScenarioError

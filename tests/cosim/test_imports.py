@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import json
+import re
 import subprocess
 import sys
 from importlib import metadata
@@ -112,3 +114,21 @@ def test_a_container_says_what_it_needs(monkeypatch: pytest.MonkeyPatch, tmp_pat
 
 def test_what_is_there_is_returned() -> None:
     assert require("json", extra="stream", purpose="this") is json
+
+
+@pytest.mark.parametrize("name", sorted(cosim.__all__))
+def test_what_is_exported_says_what_it_takes_gives_and_raises(name: str) -> None:
+    exported = getattr(cosim, name)
+    text = inspect.getdoc(exported) or ""
+    if isinstance(exported, type) and (issubclass(exported, Exception) or name == "Signal"):
+        assert text  # raised by the package, or derived from
+        return
+    signature = inspect.signature(exported)
+    takes = {each for each in signature.parameters if not each.startswith("_")} - {"keywords", "self"}
+    section = text.partition("Parameters\n")[2] or text.partition("Attributes\n")[2]
+    named = {
+        word for line in section.splitlines() if " : " in line for word in re.split(r"[,\s]+", line.partition(" : ")[0])
+    }
+    assert takes <= named, f"{name} says nothing of {sorted(takes - named)}"
+    if not isinstance(exported, type) and signature.return_annotation not in (None, "None"):
+        assert "Returns\n" in text or "Yields\n" in text

@@ -21,6 +21,7 @@ UPWARDS = ("fmu_src.page", "fmu_src.python", "fmu_src.fmus", "fmu_src.build")
 
 MOST_FLOORS = 8
 LONGEST = 50
+QUESTIONS = {"How", "What", "When", "Where", "Whether", "Which", "Why"}
 LONGEST_C = 60
 
 EXACT = ("models.plant", "models.controllers", "models.numerics")
@@ -313,3 +314,13 @@ def test_what_runs_and_shows_knows_drilling_by_its_reporting_alone() -> None:
         for path in (ROOT / "cosim" / part).glob("*.py"):
             words = re.findall(r"cosim\.drilling(?: import |\.)(\w+)", path.read_text(encoding="utf-8"))
             assert set(words) <= {"reporting"}, path.name
+
+
+@pytest.mark.parametrize("module", sorted(SOURCES))
+def test_docstrings_begin_with_no_question(module: str) -> None:
+    for node in ast.walk(tree(SOURCES[module])):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            text = ast.get_docstring(node) or ""
+            assert text.partition(" ")[0] not in QUESTIONS, (
+                f"line {getattr(node, 'lineno', 1)}: {text.partition('.')[0]}"
+            )

@@ -337,7 +337,7 @@ class ErrorEstimate:
 
     @property
     def compares(self) -> bool:
-        """Whether there is anything to compare; if not, an estimate of 0 says nothing."""
+        """Tell whether there is anything to compare; if not, an estimate of 0 says nothing."""
         return bool(self._watched)
 
     def not_estimated(self, nodes: Iterable[Node]) -> dict[str, list[str]]:

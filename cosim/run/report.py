@@ -53,7 +53,7 @@ class Unsolved(TypedDict):
 
 
 class NotEstimated(TypedDict):
-    """What an estimate says nothing of: discrete outputs that are passed on, components that pass nothing on."""
+    """Name what an estimate says nothing of: discrete outputs that are passed on, components that pass nothing on."""
 
     discrete: list[str]
     components: list[str]

@@ -148,7 +148,7 @@ def stepping_order(
 
 
 def moves(connection: Connection, descriptions: Mapping[str, Description]) -> bool:
-    """Whether a connection passes what changes continuously, which alone can be iterated and extrapolated."""
+    """Tell whether a connection passes what changes continuously, which alone can be iterated and extrapolated."""
     ends = (connection.source, connection.target)
     return all(descriptions[port.component].by_name[port.variable].is_continuous for port in ends)
 

@@ -22,7 +22,7 @@ from cosim.system.signals import Table
 log = logging.getLogger("cosim")
 
 GAPS = ("refuse", "hold", "interpolate")
-"""What may be done where a value is missing."""
+"""The ways to deal with a value that is missing."""
 _SEPARATORS = (",", ";", "\t")
 _NAMES_OF_TIME = ("time", "t", "timestamp", "time stamp", "datetime", "date time", "date/time", "elapsed time")
 # -999.25 is what LAS files, and CSV files made from them, hold where nothing was measured (CWLS, LAS 2.0, ~W NULL).

@@ -181,7 +181,7 @@ class SspFolder:
 
 
 SspSource = SspArchive | SspFolder
-"""Where a description and what it names are read from."""
+"""The source of a description and of what it names."""
 
 
 def _member(path: Path, source: str, what: str) -> str:

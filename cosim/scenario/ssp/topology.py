@@ -42,7 +42,7 @@ class _End(NamedTuple):
 
 @dataclass(frozen=True)
 class Link:
-    """What drives a place: where the value comes from, and the element Connection that says so."""
+    """Say what drives a place: the source of its value, and the element Connection that leads from it."""
 
     source: Node
     element: Element

@@ -115,6 +115,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
     SELF;
+    for (size_t i = 0; i < n; i++) if (vr[i] >= REALS) return fmi2Error; /* descriptions are mutated */
     for (size_t i = 0; i < n; i++) {
         if (value[i] != value[i]) {
             say(self, fmi2Discard, "input %g is nan", (double)vr[i]);
@@ -132,17 +133,20 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 }
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
     SELF;
+    for (size_t i = 0; i < n; i++) if (vr[i] >= REALS) return fmi2Error; /* descriptions are mutated */
     misbehave(self, "get");
     for (size_t i = 0; i < n; i++) value[i] = self->real[vr[i]];
     return fmi2OK;
 }
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
     SELF;
+    for (size_t i = 0; i < n; i++) if (vr[i] >= INTEGERS) return fmi2Error; /* descriptions are mutated */
     for (size_t i = 0; i < n; i++) self->integer[vr[i]] = value[i];
     return fmi2OK;
 }
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
     SELF;
+    for (size_t i = 0; i < n; i++) if (vr[i] >= INTEGERS) return fmi2Error; /* descriptions are mutated */
     for (size_t i = 0; i < n; i++) value[i] = self->integer[vr[i]];
     return fmi2OK;
 }

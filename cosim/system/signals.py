@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import ScenarioError
+from cosim.errors import ScenarioError, format_time
 
 Value = float | int | bool | str
 Level = Value
@@ -227,6 +227,12 @@ class Table(Signal):
             raise ScenarioError("table: a time or value is not finite")
         if (np.diff(times) < 0).any() or (times[2:] == times[:-2]).any():
             raise ScenarioError("table: times must not decrease, and none may be given more than twice")
+        width = np.diff(times)
+        with np.errstate(over="ignore", invalid="ignore"):
+            steep = ~np.isfinite(np.diff(points)) | ~np.isfinite(np.diff(points) / np.where(width > 0, width, np.inf))
+        if steep.any():
+            at = times[int(np.argmax(steep))]
+            raise ScenarioError(f"table: the line that begins at {format_time(at)} s is steeper than numbers can hold")
         object.__setattr__(self, "_times", times)
         object.__setattr__(self, "_points", points)
 

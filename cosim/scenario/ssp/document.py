@@ -88,7 +88,10 @@ def check_document(element: Element, where: str) -> None:
     if not _VERSION.fullmatch(version):
         raise SspError(f"{where}: the version is '{version}'; expected 1.0 or 2.0")
     schema = _schema(element.tag.partition("}")[0].removeprefix("{"))
-    document = _etree.fromstring(ElementTree.tostring(element))
+    try:
+        document = _etree.fromstring(ElementTree.tostring(element))
+    except _etree.XMLSyntaxError as error:  # of a name that expat takes and libxml2 does not
+        raise SspError(f"{where} is not XML: {error}") from error
     document.set("version", "1.0")  # which is all that the schema knows
     if schema.validate(document):
         return

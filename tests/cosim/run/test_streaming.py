@@ -332,7 +332,7 @@ def test_a_folder_that_holds_no_unfinished_run_is_not_resumed(tmp_path: Path) ->
     ],
 )
 def test_a_damaged_manifest_is_a_sentence(damage: Callable[[Any], Any], message: str, tmp_path: Path) -> None:
-    job = {"source": "stick-slip", "choices": {"limits": None}, "variants": [], "streaming": {}}
+    job = {"source": "stick-slip", "choices": {"limits": None, "overrides": None}, "variants": [], "streaming": {}}
     head = {"scenario": "a", "title": "", "created": "", "versions": {}, "commit": None}
     told: dict[str, Any] = {"format": "cosim-run-1", **head, "state": "unfinished", "job": job, "variants": []}
     damage(told)

@@ -65,11 +65,16 @@ def _try_state(node: Node, time: float, size: float) -> None:
     if second is None:
         raise _refusal(node, f"{step} was taken, and then discarded")
     for name, value in first.items():
-        if value.tobytes() != second[name].tobytes():
+        if _bits(value) != _bits(second[name]):
             raise _refusal(node, f"{step} gave {name} = {value!s}, and then {second[name]!s}")
 
 
-def _outputs_after(node: Node, time: float, size: float) -> dict[str, np.generic] | None:
+def _bits(value: np.generic | str) -> bytes:
+    """Return what tells a value from any other: of a number its bits."""
+    return value.encode() if isinstance(value, str) else value.tobytes()
+
+
+def _outputs_after(node: Node, time: float, size: float) -> dict[str, np.generic | str] | None:
     """Take a step with the inputs as they are, and return outputs and derivatives by name; None if it is discarded."""
     node.slave.write(_BEFORE)
     try:
@@ -81,13 +86,13 @@ def _outputs_after(node: Node, time: float, size: float) -> dict[str, np.generic
     node.slave.read(_AFTER)
     sections = [node.block.outputs[kind] for kind in BASE_TYPES]
     found = {
-        variable.name: section.values[_AFTER, column].copy()
+        variable.name: section.values[_AFTER, column]
         for section in sections
         for column, variable in enumerate(section.variables)
     }
     slopes = node.block.output_slopes
     if slopes is not None:
-        found |= {f"derivative {number}": value.copy() for number, value in enumerate(slopes.values[_AFTER], 1)}
+        found |= {f"derivative {number}": value for number, value in enumerate(slopes.values[_AFTER].copy(), 1)}
     return found
 
 

@@ -100,12 +100,12 @@ def test_the_c_table_holds_what_the_table_says() -> None:
     header, source = table_header(GAUGE, "{guid}"), table_source(GAUGE)
     assert "#define DS_TEXTS 1 " in header
     assert "DS_rate = 0,\n    DS_total,\n" in header
-    assert '{"rate", "rad/s", DS_REAL, DS_INPUT, 1.0, 0.0, 10.0}' in source
-    assert '{"total", "rad", DS_REAL, DS_OUTPUT, 0.0, -DBL_MAX, DBL_MAX}' in source
-    assert '{"full", "", DS_BOOLEAN, DS_OUTPUT, 0.0, 0.0, 1.0}' in source
-    assert '{"limit", "rad", DS_REAL, DS_TUNABLE, 50.0, -DBL_MAX, DBL_MAX}' in source
-    assert '{"mode", "", DS_INTEGER, DS_FIXED, 1.0, 1.0, 2.0}' in source
-    assert '{"label", "", DS_STRING, DS_FIXED, 0.0, -DBL_MAX, DBL_MAX}' in source
+    assert '{"rate", "rad/s", "Real", DS_REAL, DS_INPUT, 1.0, 0.0, 10.0}' in source
+    assert '{"total", "rad", "Real", DS_REAL, DS_OUTPUT, 0.0, -DBL_MAX, DBL_MAX}' in source
+    assert '{"full", "", "Boolean", DS_BOOLEAN, DS_OUTPUT, 0.0, 0.0, 1.0}' in source
+    assert '{"limit", "rad", "Real", DS_REAL, DS_TUNABLE, 50.0, -DBL_MAX, DBL_MAX}' in source
+    assert '{"mode", "", "Enumeration", DS_INTEGER, DS_FIXED, 1.0, 1.0, 2.0}' in source
+    assert '{"label", "", "String", DS_STRING, DS_FIXED, 0.0, -DBL_MAX, DBL_MAX}' in source
 
 
 def test_an_array_in_c_is_as_long_as_the_table_lets_its_count_be() -> None:

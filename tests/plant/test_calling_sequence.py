@@ -65,7 +65,7 @@ def test_wrong_type_is_an_error(model, function):
         for name in fmu.variables:
             if fmu.kind(name) != kind_of(function):
                 assert fmu.call(function, fmu.references([name]), 1, room(kind_of(function))) == ERROR
-                assert fmu.messages[-1].text.endswith(f"variable {name} is of type {fmu.kind(name)}")
+                assert fmu.messages[-1].text.endswith(f"variable {name} is of type {fmu.variables[name].type}")
         assert_usable(fmu)
 
 

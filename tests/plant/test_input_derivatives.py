@@ -177,7 +177,7 @@ def test_every_real_input_takes_a_derivative_of_order_one_and_nothing_else_does(
                     assert fmu.messages[-1].text.endswith(f"the order for {name} is {order}; expected 1")
             else:
                 assert fmu.set_slopes(**{name: 0.0}) == ERROR
-                said = f"{name} is no input" if variable.type == "Real" else f"{name} is of type {fmu.kind(name)}"
+                said = f"{name} is no input" if variable.type == "Real" else f"{name} is of type {variable.type}"
                 assert fmu.messages[-1].text.endswith(said)
         fmu.go(1.0)
 

@@ -27,6 +27,8 @@ class Model(Fmi2Slave):
         return True
 """
 
+pytestmark = pytest.mark.slow
+
 Make = Callable[..., Path]
 
 

@@ -58,6 +58,7 @@ def test_a_flaw_that_does_not_touch_running_is_said_once(
     assert named in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("old", "new", "named"), FLAWS.values(), ids=FLAWS)
 def test_the_check_fails_it(make_probe: Callable[..., Path], old: str, new: str, named: str) -> None:
     report = check_fmu(make_probe(replace={old: new}), time_limit=60.0)
@@ -65,6 +66,7 @@ def test_the_check_fails_it(make_probe: Callable[..., Path], old: str, new: str,
     assert any(named in finding.found for finding in report.findings if finding.verdict is Verdict.FAILED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["ISO-8859-1", "windows-1252", "us-ascii", "Latin-1"])
 def test_descriptions_in_old_encodings_are_read(
     make_probe: Callable[..., Path], caplog: pytest.LogCaptureFixture, tmp_path: Path, encoding: str

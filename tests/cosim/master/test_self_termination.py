@@ -28,7 +28,7 @@ from cosim.cli.app import app
 from cosim.errors import EndRequestError
 from tests.cosim.fakes import FakeSlave, describe
 
-pytestmark = pytest.mark.usefixtures("no_leftovers")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_leftovers")]
 
 REASON = "nothing is left to drill at 0.5 s"
 WAYS: dict[str, dict[str, Any]] = {

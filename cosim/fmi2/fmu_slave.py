@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
-from ctypes import byref, c_char, c_double, c_int, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_char, c_double, c_int, c_size_t, c_void_p
 from pathlib import Path
 from typing import Any
 
@@ -18,17 +18,17 @@ from cosim.fmi2.functions import (
     ACCEPTED,
     CO_SIMULATION,
     DISCARD,
-    ELEMENTS,
     FATAL,
     LAST_SUCCESSFUL_TIME,
-    TERMINATED,
     WARNING,
     SectionExchange,
     SlopeExchange,
     StepCalls,
     StringExchange,
+    asks_to_end,
     bind,
     exchange,
+    get_one,
     set_one,
     slope_exchange,
     status_name,
@@ -182,7 +182,7 @@ class FmuSlave:
         """
         self._worst = max(self._worst, status)
         reason = self._journal.failure()
-        if function == "fmi2DoStep" and status == DISCARD and self._asks_to_end():
+        if function == "fmi2DoStep" and status == DISCARD and asks_to_end(self._call):
             return EndRequestError(self.name, self._time, reason, self._last_successful_time(size))
         return SlaveError(self.name, self._time, function, status_name(status), reason)
 
@@ -254,12 +254,8 @@ class FmuSlave:
 
     def _get(self, variable: Variable) -> Value:
         """Return the present value of one variable."""
-        kind = base_type(variable)
-        value = ELEMENTS[kind]()
-        self._must(f"Get{kind}", byref(c_uint(variable.reference)), 1, byref(value))
-        if kind == "String":
-            return str((value.value or b"").decode("utf-8", "replace"))
-        return bool(value.value) if kind == "Boolean" else value.value
+        value: Value | None = get_one(self._must, base_type(variable), variable.reference)
+        return "" if value is None else value
 
     def _exchange_slopes(self, call: SlopeExchange, row: int) -> None:
         """Set or get the derivatives in a row."""
@@ -283,11 +279,6 @@ class FmuSlave:
         """Let a warning pass, and turn any other status into the exception that tells why."""
         if status != WARNING:
             raise self.failure(function, status)
-
-    def _asks_to_end(self) -> bool:
-        """Tell whether a discarded step means that the FMU wants no more of them."""
-        wanted = c_int()
-        return self._call("GetBooleanStatus", TERMINATED, byref(wanted)) in ACCEPTED and bool(wanted.value)
 
     def _last_successful_time(self, size: float) -> float:
         """Return when the FMU ended within a step that it discarded (FMI 2.0.4, section 4.2.2), s.

@@ -81,6 +81,21 @@ def set_one(call: Callable[..., int], kind: str, reference: int, value: object) 
     return call(f"Set{kind}", byref(c_uint(reference)), 1, byref(element(kind, value)))
 
 
+def get_one(call: Callable[..., object], kind: str, reference: int) -> Any:
+    """Get one variable, by what calls a function or raises; None for a String that is a null pointer."""
+    value = ELEMENTS[kind]()
+    call(f"Get{kind}", byref(c_uint(reference)), 1, byref(value))
+    if kind == "String":
+        return None if value.value is None else value.value.decode("utf-8", "replace")
+    return bool(value.value) if kind == "Boolean" else value.value
+
+
+def asks_to_end(call: Callable[..., int]) -> bool:
+    """Tell whether a step was discarded because the FMU wants no more of them (FMI 2.0.4, section 4.2.2)."""
+    wanted = c_int()
+    return call("GetBooleanStatus", TERMINATED, byref(wanted)) in ACCEPTED and bool(wanted.value)
+
+
 @dataclass(frozen=True)
 class SectionExchange:
     """One getter or setter on a column range of a section; a row's values begin at `base` + row * `stride`."""

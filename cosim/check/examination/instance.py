@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p, create_string_buffer
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 from cosim.errors import format_time
 from cosim.fmi2.functions import (
@@ -22,12 +22,14 @@ from cosim.fmi2.functions import (
     ELEMENTS,
     ERROR,
     FATAL,
-    TERMINATED,
+    asks_to_end,
     bind,
+    get_one,
     set_one,
     status_name,
 )
 from cosim.fmi2.log import Journal
+from cosim.recording.record import BASE_TYPES, base_type
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
 
@@ -97,14 +99,6 @@ class Library:
             return function(*arguments)
 
         return traced
-
-
-BASE_TYPES = ("Real", "Integer", "Boolean", "String")
-
-
-def base_type(variable: Variable) -> str:
-    """Return the type of a variable as the functions of FMI name it."""
-    return "Integer" if variable.type == "Enumeration" else variable.type
 
 
 class CallError(Exception):
@@ -222,21 +216,14 @@ class Instance:
 
     def wants_to_end(self, error: CallError) -> bool:
         """Return whether a step was discarded because the FMU asks for the simulation to end (FMI 2.0.4, 4.2.2)."""
-        wanted = c_int()
-        asked = error.function == "DoStep" and error.status == DISCARD
-        return asked and self.call("GetBooleanStatus", TERMINATED, byref(wanted)) in ACCEPTED and bool(wanted.value)
+        return error.function == "DoStep" and error.status == DISCARD and asks_to_end(self.call)
 
     def get(self, variable: Variable) -> Value:
         """Return the value of one variable; CallError if that fails, ValueError for a null pointer as a String."""
-        value = ELEMENTS[base_type(variable)]()
-        self.must(f"Get{base_type(variable)}", references([variable]), 1, byref(value))
-        if variable.type == "Boolean":
-            return bool(value.value)
-        if variable.type != "String":
-            return cast(Value, value.value)
-        if value.value is None:
+        value: Value | None = get_one(self.must, base_type(variable), variable.reference)
+        if value is None:
             raise ValueError(f"{variable.name}: fmi2GetString gave a null pointer")
-        return cast(bytes, value.value).decode("utf-8", "replace")
+        return value
 
     def set(self, variable: Variable, value: Value) -> int:
         """Set one variable and return the status."""

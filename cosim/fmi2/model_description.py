@@ -73,11 +73,15 @@ def read_description(path: Path, *, validate: bool = True) -> Description:
 
 def _read(path: Path, content: bytes, validate: bool) -> tuple[fmpy_md.ModelDescription, tuple[str, ...]]:
     """Have fmpy read a model description; return it with the rules it breaks, but none that its schema states."""
+    flaws: tuple[str, ...] = ()
     with tempfile.TemporaryDirectory(prefix="cosim-") as folder:
         Path(folder, _FILE).write_bytes(content)
         try:
-            flaws = _flaws(path, folder) if validate else ()
-            read = fmpy_md.read_model_description(folder, validate=False)  # pyright: ignore[reportUnknownMemberType]
+            try:
+                read = fmpy_md.read_model_description(folder, validate=validate)  # pyright: ignore[reportUnknownMemberType]
+            except (fmpy_md.ValidationError, KeyError) as error:
+                flaws = _flaws(path, error)
+                read = fmpy_md.read_model_description(folder, validate=False)  # pyright: ignore[reportUnknownMemberType]
         except FmuFileError:
             raise
         except Exception as error:  # fmpy raises bare Exception for whatever its own checks find
@@ -85,15 +89,11 @@ def _read(path: Path, content: bytes, validate: bool) -> tuple[fmpy_md.ModelDesc
     return read, flaws
 
 
-def _flaws(path: Path, folder: str) -> tuple[str, ...]:
+def _flaws(path: Path, error: fmpy_md.ValidationError | KeyError) -> tuple[str, ...]:
     """Return which of fmpy's rules a model description breaks; FmuFileError if it breaks the schema."""
-    flaws: tuple[str, ...] = ()
-    try:
-        fmpy_md.read_model_description(folder)  # pyright: ignore[reportUnknownMemberType]
-    except fmpy_md.ValidationError as error:
-        flaws = tuple(" ".join(str(flaw).split()).rstrip(".") for flaw in cast(list[object], error.problems))
-    except KeyError as error:  # of fmpy 0.3.32, where a variable has a display unit and its unit is not defined
-        flaws = (f"unit {error} is not defined",)
+    if isinstance(error, KeyError):  # of fmpy 0.3.32, where a variable has a display unit and its unit is not defined
+        return (f"unit {error} is not defined",)
+    flaws = tuple(" ".join(str(flaw).split()).rstrip(".") for flaw in cast(list[object], error.problems))
     if any(flaw.startswith("ERROR") for flaw in flaws):  # what lxml says of a schema
         raise FmuFileError(f"{path}: {_FILE} is not valid: {'; '.join(flaws)}")
     return flaws

@@ -67,6 +67,9 @@ class RunError(CosimError):
     """A run that was started and could not be finished."""
 
 
+_DISCARD = "fmi2Discard"
+
+
 class SlaveError(RunError):
     """A call into an FMU that did not succeed.
 
@@ -93,6 +96,11 @@ class SlaveError(RunError):
         sentence = f"{component} at t = {format_time(time)} s: {function} returned {status}"
         super().__init__(f"{sentence}: {message}" if message else sentence)
 
+    @property
+    def discarded(self) -> bool:
+        """Tell whether the component only refused this step or value, and may take another."""
+        return self.status == _DISCARD
+
 
 class EndRequestError(SlaveError):
     """A step that an FMU discarded because it wants to end the simulation: for the master a normal end, no failure.
@@ -104,7 +112,7 @@ class EndRequestError(SlaveError):
     """
 
     def __init__(self, component: str, time: float, message: str, end: float) -> None:
-        super().__init__(component, time, "fmi2DoStep", "fmi2Discard", message)
+        super().__init__(component, time, "fmi2DoStep", _DISCARD, message)
         self.end = end
 
     def __str__(self) -> str:

@@ -113,8 +113,6 @@ class LoopSolver:
         return None
 
 
-_DISCARD = "fmi2Discard"
-
 Explain = Callable[["CoupledLoop", UnsolvedError, int, float], LoopError]
 """From what was not solved, the row of the last trial and the time [s] to the error that says so."""
 
@@ -242,7 +240,7 @@ class CoupledLoop:
             try:
                 step(scaled * self._scale)
             except SlaveError as error:
-                if error.status != _DISCARD:
+                if not error.discarded:
                     raise _end_of(error.component, refusals) or error from None
                 refusals.append(error)
                 return np.full(scaled.size, np.nan)

@@ -17,7 +17,6 @@ from cosim.recording.record import BASE_TYPES
 
 _BEFORE, _AFTER = 0, 1
 _SLOT = 0
-_DISCARD = "fmi2Discard"
 _STATE_FUNCTIONS = ("fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2FreeFMUstate")
 
 
@@ -80,7 +79,7 @@ def _outputs_after(node: Node, time: float, size: float) -> dict[str, np.generic
     try:
         node.slave.step(time, size)
     except SlaveError as error:
-        if error.status != _DISCARD:
+        if not error.discarded:
             raise
         return None
     node.slave.read(_AFTER)

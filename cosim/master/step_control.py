@@ -246,7 +246,7 @@ class StepControl:
         """Tell whether a smaller step may help."""
         if isinstance(failure, LoopError):
             return self._halves
-        return failure.status == "fmi2Discard" and (self._halves or self._error is not None)
+        return failure.discarded and (self._halves or self._error is not None)
 
     def _take_back(self, levels: int) -> None:
         """Return to the beginning of the step, to try smaller ones."""

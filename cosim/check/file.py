@@ -195,18 +195,10 @@ def _contradiction(first: Variable, other: Variable) -> str | None:
     names = f"{first.name} and {other.name}"
     if compare(first.measured_in, other.measured_in) not in (Match.SAME, Match.ASSUMED):
         return f"{names} are in {describe(first.measured_in)} and {describe(other.measured_in)}"
-    starts = [_start(variable) for variable in (first, other) if variable.start is not None]
+    starts = [variable.start_value for variable in (first, other) if variable.start is not None]
     if len(set(starts)) > 1:
         return f"{names} start at {first.start} and {other.start}"
     return None
-
-
-def _start(variable: Variable) -> str | float:
-    """Return a start value as what it stands for."""
-    text = str(variable.start)
-    if variable.type == "String":
-        return text
-    return text.strip() in ("true", "1") if variable.type == "Boolean" else float(text)
 
 
 def check_units(description: Description) -> Outcome:

@@ -139,6 +139,10 @@ class Window:
     notes: Mapping[str, NDArray[Any]]
 
 
+_NOTHING: Mapping[BaseType, Value] = {"Real": 0.0, "Integer": 0, "Boolean": False, "String": ""}
+"""Values of variables for which nobody has said any."""
+
+
 def base_type(variable: Variable) -> BaseType:
     """Return the type by which FMI sets and gets a variable."""
     return "Integer" if variable.type == "Enumeration" else variable.type
@@ -205,15 +209,5 @@ def _allocate(variables: Sequence[Variable], kind: BaseType, driven: Sequence[st
 
 def initial_value(variable: Variable, start_values: Mapping[Variable, Value]) -> Value:
     """Return the value that a variable has when nothing has driven it yet."""
-    given = start_values.get(variable)
-    if given is not None:
-        return given
-    match variable.type:
-        case "String":
-            return variable.start or ""
-        case "Boolean":
-            return variable.start in ("true", "1")
-        case "Real":
-            return float(variable.start or 0.0)
-        case "Integer" | "Enumeration":
-            return int(variable.start or 0)
+    given = start_values.get(variable, variable.start_value)
+    return _NOTHING[base_type(variable)] if given is None else given

@@ -223,12 +223,8 @@ def _components(
 
 
 def _start(variable: Variable) -> Value | None:
-    """Read a start value of a model description as what it stands for."""
-    text = variable.start
-    if text is None or variable.type == "String":
-        return text
-    if variable.type == "Boolean":
-        return text in ("true", "1")
+    """Return a start value, an enumeration's item by its name."""
+    value = variable.start_value
     if variable.type == "Enumeration":
-        return next((name for name, number in variable.items.items() if number == int(text)), int(text))
-    return float(text) if variable.type == "Real" else int(text)
+        return next((name for name, number in variable.items.items() if number == value), value)
+    return value

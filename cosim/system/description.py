@@ -67,6 +67,15 @@ class Variable:
         return self.unit.of_differences if self.unit is not None and self.relative else self.unit
 
     @property
+    def start_value(self) -> float | int | bool | str | None:
+        """The start value as what its text stands for, an enumeration's item by its number; None if there is none."""
+        if self.start is None or self.type == "String":
+            return self.start
+        if self.type == "Boolean":
+            return self.start.strip() in ("true", "1")
+        return float(self.start) if self.type == "Real" else int(self.start)
+
+    @property
     def is_continuous(self) -> bool:
         """Tell whether it is a real number that changes continuously, but for a few places."""
         return self.type == "Real" and self.variability == "continuous"

@@ -57,7 +57,7 @@ def check_start_values(bench: Bench) -> Outcome:
         instance.must("SetupExperiment", 0, 0.0, bench.plan.start, 0, 0.0)
         instance.must("EnterInitializationMode")
         for variable in known:
-            value, declared = instance.get(variable), _declared(variable)
+            value, declared = instance.get(variable), variable.start_value
             if value != declared:
                 return failed(f"{variable.name} is {value!r}; declared is {declared!r}", "as declared")
     return passed(f"{len(known)} as declared", "as declared")
@@ -66,19 +66,6 @@ def check_start_values(bench: Bench) -> Outcome:
 def _starts_exactly(variable: Variable) -> bool:
     exact = variable.initial == "exact" or variable.causality in ("input", "parameter")
     return exact and variable.start is not None
-
-
-def _declared(variable: Variable) -> float | int | bool | str:
-    start = str(variable.start)
-    match variable.type:
-        case "Real":
-            return float(start)
-        case "Boolean":
-            return start in ("true", "1")
-        case "String":
-            return start
-        case _:
-            return int(start)
 
 
 def check_readable(bench: Bench) -> Outcome:

@@ -140,7 +140,7 @@ def _signals(component: Component, connections: Sequence[Connection], descriptio
 def _start(name: str, description: Description) -> Value | None:
     """Return the start value of a parameter, if there is one and it is a number."""
     variable = description.by_name.get(name)
-    return float(variable.start) if variable and variable.type == "Real" and variable.start is not None else None
+    return variable.start_value if variable and variable.type == "Real" else None
 
 
 def _signal(label: str, output: str, numbers: Sequence[Value | None]) -> Signal:

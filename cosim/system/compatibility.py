@@ -9,10 +9,11 @@ import logging
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.description import Description, Match, Variable, compare, describe
-from cosim.system.signals import Constant, Signal, Step, Value
+from cosim.system.signals import Signal, Value
 from cosim.system.structure import Component, Connection, Port, System
 
 log = logging.getLogger("cosim")
@@ -126,15 +127,8 @@ def with_numbers(system: System, descriptions: Mapping[str, Description]) -> Sys
     inputs = dict(system.inputs)
     for port, signal in system.inputs.items():
         variable = _variable(port, descriptions)
-        if variable.type != "Enumeration":
-            continue
-        match signal:
-            case Constant(value):
-                inputs[port] = Constant(convert(port, variable, value))
-            case Step(before, after, at):
-                inputs[port] = Step(convert(port, variable, before), convert(port, variable, after), at)
-            case _:
-                pass
+        if variable.type == "Enumeration":
+            inputs[port] = signal.with_levels(partial(convert, port, variable))
     return replace(system, inputs=inputs)
 
 
@@ -156,8 +150,7 @@ def read_written(system: System, descriptions: Mapping[str, Description]) -> Sys
         for part in system.components
     )
     inputs = {
-        port: Constant(read(port.component, port.variable, signal.value)) if isinstance(signal, Constant) else signal
-        for port, signal in system.inputs.items()
+        port: signal.with_levels(partial(read, port.component, port.variable)) for port, signal in system.inputs.items()
     }
     return replace(system, components=components, inputs=inputs)
 

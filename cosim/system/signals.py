@@ -8,7 +8,7 @@ breakpoints communication points where the FMUs allow it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any, ClassVar, Protocol, cast
 
@@ -63,6 +63,11 @@ class Signal(Protocol):
         """All values it ever has, if it only jumps between them; None if it may have any, as only a Real can."""
         return None
 
+    def with_levels(self, read: Callable[[Level], Level]) -> Signal:
+        """Return the signal with its levels read anew, each by itself; as it is where it has none."""
+        del read
+        return self
+
     @property
     def held(self) -> Level | None:
         """The value, if it never changes."""
@@ -110,6 +115,10 @@ class Constant(Signal):
     def levels(self) -> tuple[Level, ...]:
         """The value."""
         return (self.value,)
+
+    def with_levels(self, read: Callable[[Level], Level]) -> Constant:
+        """Read the value anew."""
+        return Constant(read(self.value))
 
     @property
     def change(self) -> Change | None:
@@ -169,6 +178,10 @@ class Step(Signal):
     def levels(self) -> tuple[Level, ...]:
         """The values before and after."""
         return self.before, self.after
+
+    def with_levels(self, read: Callable[[Level], Level]) -> Step:
+        """Read the values before and after anew."""
+        return Step(read(self.before), read(self.after), self.at)
 
     @property
     def change(self) -> Change | None:

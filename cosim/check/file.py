@@ -73,7 +73,8 @@ def check_binaries(path: Path, folder: Path, description: Description) -> Outcom
     if wrong:
         return failed("; ".join(wrong), "what the folder says")
     try:
-        find_binary(path, description.model_identifier)
+        with open_archive(path) as archive:
+            find_binary(archive, description.model_identifier)
     except FmuFileError:
         return failed(f"none for {fmpy.platform_tuple}; for other platforms: {listed}", "for this machine")
     return passed(listed, "for this machine")

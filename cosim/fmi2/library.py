@@ -19,7 +19,7 @@ import fmpy  # pyright: ignore[reportMissingTypeStubs]
 from fmpy.fmi2 import FMU2Slave  # pyright: ignore[reportMissingTypeStubs]
 
 from cosim.errors import FmuFileError
-from cosim.fmi2.archive import open_archive
+from cosim.fmi2.archive import Archive, open_archive
 from cosim.system.description import Description
 
 # FMI 2.0 names folders for x86 only. For Arm, tools use FMI 3.0's names, or put a universal binary in darwin64. fmpy
@@ -58,9 +58,9 @@ def loaded_fmu(name: str, path: Path, description: Description) -> Generator[Any
     FmuFileError
         If the file cannot be unpacked, there is no binary for this platform or it cannot be loaded.
     """
-    binary = find_binary(path, description.model_identifier)
     with tempfile.TemporaryDirectory(prefix="cosim-", ignore_cleanup_errors=True) as folder:
         with open_archive(path) as archive:
+            binary = find_binary(archive, description.model_identifier)
             archive.unpack(Path(folder))
         _refuse_foreign(path, Path(folder, binary))
         fmu = _load(name, path, Path(folder, binary), description, folder)
@@ -70,16 +70,15 @@ def loaded_fmu(name: str, path: Path, description: Description) -> Generator[Any
             fmu.freeLibrary()
 
 
-def find_binary(path: Path, model_identifier: str) -> str:
-    """Return the name within the archive of the library for this platform.
+def find_binary(archive: Archive, model_identifier: str) -> str:
+    """Return the name within an open archive of the library for this platform.
 
     Raises
     ------
     FmuFileError
         If there is none.
     """
-    with open_archive(path) as archive:
-        names = archive.names
+    names = archive.names
     file = model_identifier + fmpy.sharedLibraryExtension
     for folder in BINARY_FOLDERS.get(fmpy.platform_tuple, (fmpy.platform_tuple,)):
         if f"binaries/{folder}/{file}" in names:
@@ -87,7 +86,7 @@ def find_binary(path: Path, model_identifier: str) -> str:
     parts = [name.split("/") for name in names]
     platforms = sorted({part[1] for part in parts if len(part) > 2 and part[0] == "binaries" and part[-1]})
     has = ", ".join(platforms) or "none"
-    raise FmuFileError(f"{path}: there is no {file} for {fmpy.platform_tuple} in it; it has binaries for {has}")
+    raise FmuFileError(f"{archive.path}: there is no {file} for {fmpy.platform_tuple} in it; it has binaries for {has}")
 
 
 def _refuse_foreign(path: Path, binary: Path) -> None:

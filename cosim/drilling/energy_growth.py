@@ -38,7 +38,7 @@ CAUSES = (
     "no solution: guard",
     "no solution: sampling",
 )
-"""Of growth, see :class:`EnergyGrowth`."""
+"""The causes of growth, see :class:`EnergyGrowth`."""
 _UNSOLVABLE = 3
 """The distance, in the list of causes, from one to the same where the loop had no solution."""
 _HELD = 1e-9

@@ -23,7 +23,7 @@ from cosim.system.signals import FloatArray, Value
 BaseType = Literal["Real", "Integer", "Boolean", "String"]
 BASE_TYPES: tuple[BaseType, ...] = ("Real", "Integer", "Boolean", "String")
 TEXT = np.dtype(object)
-"""Of an array of strings, each of its own length."""
+"""The type of an array of strings, each of its own length."""
 DTYPES: Mapping[BaseType, np.dtype[Any]] = {
     "Real": np.dtype(np.float64),
     "Integer": np.dtype(np.int32),

@@ -34,7 +34,7 @@ UNFINISHED = "unfinished"
 _FILES = ("trajectory", "figure")
 """Keys of files in the entry of a variant."""
 _OPTIONAL = {"optional": True}
-"""Of a field that is left out where it does not apply."""
+"""The mark of a field that is left out where it does not apply."""
 
 
 class Iterations(TypedDict):

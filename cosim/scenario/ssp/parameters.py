@@ -77,7 +77,7 @@ class Given:
 
 
 SET_NAME = "start values"
-"""Of the parameter sets of all components: Ecos is told which sets to use by one name."""
+"""The name of the parameter sets of all components: Ecos is told which sets to use by one name."""
 
 
 def parameter_set(values: Mapping[str, Value], description: Description) -> Element:

@@ -195,7 +195,7 @@ class _System:
         if not owner:
             if name not in self.connectors:
                 hint = suggestion(name, self.connectors)
-                what = f"the system {self._flat('')[:-1]}" if self.path else "the system"
+                what = f"the system {'/'.join(self.path)}" if self.path else "the system"
                 raise SspError(f"{self._where}: a connection leads to {name}, but {what} has no such connector{hint}")
             kind = self.connectors[name]
             return _End(Node("system", "/".join(self.path), name), kind not in _SOURCES, kind)

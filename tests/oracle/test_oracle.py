@@ -82,6 +82,7 @@ def test_first_slips_from_rest_are_where_the_other_solver_found_them():
     assert solution.stops[:2] == pytest.approx([4.226441632, 5.607609331], abs=2e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bit_damping", "peak", "period"),
     [(0.03, 18.7605, 3.2256227), (0.8, 18.7324, 3.224275), (15, 18.2929, 3.212047), (65, 16.8969, 3.203594)],
@@ -99,6 +100,7 @@ def test_bit_rests_for_the_known_share_of_a_cycle():
     assert np.diff(solution(np.array([begin, end]))["stuck_time"]) / (end - begin) == pytest.approx(0.458836, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("omega", "weight", "bit_damping", "reference"),
     [
@@ -119,6 +121,7 @@ def test_steady_drilling_ends_where_the_torques_balance(omega, weight, bit_dampi
     assert speeds["top_speed"] == pytest.approx(balance, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_finer_pieces_and_higher_degree_change_nothing_over_100_s():
     inputs = Program.constant(10), Program.constant(NOMINAL_WEIGHT)
     other = solve(PAPER, *inputs, 100.0, nodes=16, longest_piece=0.0093)
@@ -128,6 +131,7 @@ def test_finer_pieces_and_higher_degree_change_nothing_over_100_s():
     assert other.stops == pytest.approx(solution.stops, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HARD_CASES)
 def test_hard_cases_do_not_depend_on_pieces_or_degree(name):
     solution, other = (

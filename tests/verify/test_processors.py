@@ -32,6 +32,7 @@ VERDICTS = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(platform.machine().lower() not in ("x86_64", "amd64"), reason="names kernels of x86 processors")
 @pytest.mark.parametrize("setting", SETTINGS)
 def test_short_verdicts_are_those_of_any_processor(setting: str) -> None:

@@ -152,7 +152,7 @@ static void close_damped_bit(const ds_distributed *model, ds_distributed_state *
     ds_bit_finish(&s->law, &model->string.clock, bit);
 }
 
-/* find where the blocks begin that cross at the stations from now on */
+/* find where the blocks begin that cross at the stations at the start */
 static void find_stations(const ds_distributed *model, ds_distributed_state *state)
 {
     ds_neutral_state *const s = ds_distributed_string(state);
@@ -167,6 +167,17 @@ static void find_stations(const ds_distributed *model, ds_distributed_state *sta
         }
         state->station[number].above = above;
         state->station[number].below = below;
+    }
+}
+
+/* move on to the blocks that cross at the stations next, when the lines have moved by a block */
+static void move_stations(const ds_distributed *model, ds_distributed_state *state)
+{
+    ds_neutral_state *const s = ds_distributed_string(state);
+    for (int number = 0; number + 1 < model->parts; ++number) {
+        ds_station_state *const station = &state->station[number];
+        station->above = ds_exchange_forth(&s->up, s->ring, station->above);
+        station->below = ds_exchange_forth(&s->down, ds_neutral_down_ring(s), station->below);
     }
 }
 
@@ -269,7 +280,7 @@ static void finish_block(const ds_distributed *model, ds_distributed_state *stat
                            ds_exchange_all(&s->up, s->ring, &s->down, ds_neutral_down_ring(s), &model->exchange);
         state->string_loss = state->string_loss + state->last_loss;
     }
-    find_stations(model, state);
+    move_stations(model, state);
 }
 
 /* if the present is at the end of the block, finish it; say so, as then both ends have to be opened */

@@ -8,16 +8,17 @@
 #define LEAST_NEGLIGIBLE 1e-13 /* rad/s, what it falls to on fine grids, as the fourth power of the block */
 #define MOST_NEGLIGIBLE 1e-4   /* rad/s, what it rises to on coarse ones */
 #define LEAST_BREAKS 256       /* breaks a queue can hold at least; on fine grids it holds one for each cell */
+#define MOST_BREAKS 12.5       /* of these it keeps at most so many in the time of a block of the default grid */
 #define DOUBLINGS 40    /* a queue full of breaks keeps only those stronger than the negligible times 2^DOUBLINGS */
 
-static int break_limit(int blocks)
+static int break_room(int blocks)
 {
     return DS_BLOCK * blocks > LEAST_BREAKS ? DS_BLOCK * blocks : LEAST_BREAKS;
 }
 
 int ds_line_capacity(int blocks)
 {
-    return blocks + 2 + break_limit(blocks);
+    return blocks + 2 + break_room(blocks);
 }
 
 void ds_line_fill(ds_line *line, ds_piece *ring, int blocks, double level, double coarseness)
@@ -25,7 +26,7 @@ void ds_line_fill(ds_line *line, ds_piece *ring, int blocks, double level, doubl
     const double square = coarseness * coarseness;
     const ds_piece piece = {0.0, 1.0, {level, 0.0, 0.0, 0.0, 0.0}, level * level};
     line->capacity = ds_line_capacity(blocks);
-    line->break_limit = break_limit(blocks);
+    line->break_limit = (int)fmin(break_room(blocks), 1.0 + MOST_BREAKS * (coarseness * blocks));
     for (int i = 0; i < line->capacity; ++i) {
         ring[i] = piece;
     }

@@ -5,6 +5,7 @@
 
 #include "ds_friction_table.h"
 #include "ds_table.h"
+#include "ds_work.h"
 
 #define MOST_BLOCKS_RUN 4503599627370496.0 /* 2^52: up to here a block number and a fraction of the block fit a double */
 
@@ -27,6 +28,23 @@ int ds_plant_cells(const double value[], ds_journal *journal)
         return 0;
     }
     return ds_neutral_cells(&p, (int)value[DS_cells]);
+}
+
+int ds_plant_affords(const ds_parameters *parameters, double beta, int blocks, int cells, ds_journal *journal)
+{
+    const ds_parameters *const p = parameters;
+    const ds_work work = {
+        p->L * sqrt(p->I / (p->G * p->J)), sqrt(p->I * p->G * p->J) + p->friction.c_b, p->I_B, blocks,
+        ds_clock_blocks(cells), beta,
+    };
+    const double times = ds_work_times(&work);
+    if (times <= DS_MOST_TIMES) {
+        return 1;
+    }
+    snprintf(journal->reason, sizeof journal->reason,
+             "a second takes %.4g times the work of the start values; expected at most 50: set %s", times,
+             ds_work_remedy(&work));
+    return 0;
 }
 
 int ds_plant_reaches(const ds_clock *clock, double end, ds_journal *journal)

@@ -22,6 +22,9 @@ typedef struct {
 DS_SHARED ds_parameters ds_plant_parameters(const double value[]);
 /* cells in one travel time, 0 with a reason if there are too many */
 DS_SHARED int ds_plant_cells(const double value[], ds_journal *journal);
+/* whether a string in so many blocks takes no more work than is allowed; says what to set if it does */
+DS_SHARED int ds_plant_affords(const ds_parameters *parameters, double beta, int blocks, int cells,
+                               ds_journal *journal);
 /* whether blocks can be counted as far as the end of a step; says so if not */
 DS_SHARED int ds_plant_reaches(const ds_clock *clock, double end, ds_journal *journal);
 /* whether the tunable friction has changed */

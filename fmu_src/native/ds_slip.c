@@ -4,7 +4,6 @@
 
 #include "ds_collocation.h"
 
-#define GREATEST_STIFFNESS 0.5 /* a piece is too rough if its slope depends on the speed more strongly */
 #define TRUNCATION 1e-6        /* rad/s, or if a quartic does not follow the speed closer; on the default grid */
 #define LEAST_TRUNCATION 1e-10 /* rad/s, what this falls to on fine grids, as the sixth power of the block */
 #define MOST_TRUNCATION 0.1    /* rad/s, and rises to on coarse ones */
@@ -128,7 +127,7 @@ ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, in
         p.weight[i] = wob.weight + ds_nodes[i] * wob.rise;
     }
     const slip_point first = at_point(&p, 0, start);
-    ds_slip slip = {{0.0, 0.0, 0.0, 0.0, 0.0}, 0.0, fabs(first.derivative) / GREATEST_STIFFNESS};
+    ds_slip slip = {{0.0, 0.0, 0.0, 0.0, 0.0}, 0.0, fabs(first.derivative) / DS_GREATEST_STIFFNESS};
     if (slip.roughness > 1.0 && !last_try) {
         return slip;
     }
@@ -143,6 +142,6 @@ ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, in
     const double *const j = u.jacobian;
     const double stiffest = greater(greater(greater(fabs(j[0]), fabs(j[1])), fabs(j[2])), fabs(j[3]));
     const double truncation = fabs(slip.speed.c4) * (stiffest + law->friction.rate * fabs(u.speed[3] - start));
-    slip.roughness = greater(stiffest / GREATEST_STIFFNESS, truncation / accuracy->truncation);
+    slip.roughness = greater(stiffest / DS_GREATEST_STIFFNESS, truncation / accuracy->truncation);
     return slip;
 }

@@ -7,6 +7,8 @@
 #include "ds_linkage.h"
 #include "ds_quartic.h"
 
+#define DS_GREATEST_STIFFNESS 0.5 /* a piece is too rough if its slope depends on the speed more strongly */
+
 /* constants of the bit equation */
 typedef struct {
     double twice_impedance; /* N m s/rad, 2 Z */

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Generic, TypeVar
 
-from models.plant.clock import CELL_LIMIT
+from models.plant.clock import CELL_LIMIT, blocks_for
 from models.plant.friction import ORDERED, TUNABLE
 from models.plant.neutral import DrillstringNeutral, InitialState, Outputs
 from models.plant.parameters import DrillstringParameters
+from models.plant.work import refusal
 
 from .slave import TableSlave
 
@@ -52,6 +53,12 @@ class PlantSlave(TableSlave, Generic[Plant]):
                 "expected at most 1e7: set cells or a shorter L"
             )
 
+    def require_affordable(self, parameters: DrillstringParameters, blocks: int, cells: int) -> None:
+        """Refuse a string that takes too much work in so many blocks, made for so many cells."""
+        problem = refusal(parameters, blocks, blocks_for(cells))
+        if problem is not None:
+            raise ValueError(problem)
+
     def start(self, values: list[Any], time: float) -> None:
         """Build the plant at rest or in uniform rotation."""
         named = {name: values[index] for name, index in self.at.items()}
@@ -70,7 +77,9 @@ class PlantSlave(TableSlave, Generic[Plant]):
             )
         friction = {name: values[at[name]] for name in TUNABLE}
         if any(friction[name] != getattr(plant.parameters, name) for name in TUNABLE):
-            plant.set_friction(replace(plant.parameters, **friction))
+            tuned = replace(plant.parameters, **friction)
+            self.require_affordable(tuned, plant.blocks, plant.cells)
+            plant.set_friction(tuned)
         plant.set_inputs(values[at["Omega"]], values[at["WOB"]])
         before = (values[at["slip_count"]], values[at["last_stop_time"]], values[at["breaks_folded"]])
         plant.advance(end)

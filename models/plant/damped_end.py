@@ -14,8 +14,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..numerics.quartic import THIRD, Quartic, integral, product_integral, restrict, square_integral
+from ..numerics.quartic import THIRD, Quartic, integral, product_integral, restrict, square_integral, subtract
+from .bit import Bit
 from .delay_line import NOTHING, DelayLine, Piece
+from .top import Top
 
 SUBSTITUTIONS = 8
 
@@ -148,3 +150,77 @@ class DampedEnd:
         """Take a state of :meth:`state` back."""
         for name, content in state.items():
             setattr(self, name, content)
+
+
+class DampedTop(DampedEnd):
+    """The half cell at the top, before the condition of `models.plant.top`."""
+
+    __slots__ = ()
+
+    def open(self, top: Top, up: DelayLine) -> None:
+        """Let the top take up the next piece."""
+        if top.begin >= top.incoming[1]:
+            self.take(up)
+        omega, rise = top.omega.over(top.clock, top.block, top.begin, self.raw[1])
+        own = (top.transmission * omega, top.transmission * rise)
+        top.incoming = self.incident(top.begin, -top.reflection, own)
+        top.open(up)
+
+    def close(self, top: Top, down: DelayLine) -> None:
+        """Send the piece of the top down the string and go to its end."""
+        wave = self.outgoing(top.begin, top.end, top.incident, top.outgoing, top.speed())
+        down.push(top.begin, top.end, wave)
+        top.finish()
+
+    def settled_by(self, top: Top, x: float) -> float:
+        """Return what the pieces up to x of the present one have settled [rad^2/s^2 blocks]."""
+        return self.settled_at(top.begin, top.end, top.incident, top.speed(), x)
+
+    def square_by(self, top: Top, x: float) -> float:
+        """Return the integral of the squared top speed up to x of the present piece [rad^2/s^2 blocks]."""
+        return self.square_at(top.begin, top.end, top.speed(), x)
+
+
+class DampedBit(DampedEnd):
+    """The half cell at the bit, before the condition of `models.plant.bit`."""
+
+    __slots__ = ()
+
+    def open(self, bit: Bit, down: DelayLine) -> None:
+        """Let the bit take up the next piece."""
+        if bit.begin >= bit.incoming[1]:
+            self.take(down)
+        own = (bit.speed, self._coming_rise(bit, self.raw[1]))
+        bit.incoming = self.incident(bit.begin, -1.0, own)
+        bit.open(down)
+
+    def close(self, bit: Bit, up: DelayLine) -> None:
+        """Send the piece of the bit up the string and go to its end."""
+        sent = subtract(bit.turning, bit.incident)
+        wave = self.outgoing(bit.begin, bit.end, bit.incident, sent, bit.turning)
+        up.push(bit.begin, bit.end, wave)
+        bit.finish()
+
+    def settled_by(self, bit: Bit, x: float) -> float:
+        """Return what the pieces up to x of the present one have settled [rad^2/s^2 blocks]."""
+        return self.settled_at(bit.begin, bit.end, bit.incident, bit.turning, x)
+
+    def square_by(self, bit: Bit, x: float) -> float:
+        """Return the integral of the squared bit speed up to x of the present piece [rad^2/s^2 blocks]."""
+        return self.square_at(bit.begin, bit.end, bit.turning, x)
+
+    def _coming_rise(self, bit: Bit, end: float) -> float:
+        """Return about how much the bit speed rises up to the end of the piece, as far as its begin tells [rad/s]."""
+        law = bit.law
+        duration = (end - bit.begin) * bit.clock.block
+        weight, _ = bit.wob.over(bit.clock, bit.block, bit.begin, end)
+        torque = law.twice_impedance * self.wave_at(bit.begin)
+        if bit.speed == 0.0:
+            holding = law.friction.static * weight
+            if abs(torque) <= holding:
+                return 0.0
+            return duration * (torque - holding if torque > 0.0 else torque + holding) / law.inertia
+        direction = 1 if bit.speed > 0.0 else -1
+        _, friction, _ = law.friction.at(weight, direction * bit.speed)
+        dry = friction * direction
+        return duration * (torque - law.damping * bit.speed - dry) / law.inertia

@@ -26,6 +26,10 @@ MOST_NEGLIGIBLE = 1e-4
 LEAST_BREAKS = 256
 """Breaks a queue can hold at least; on fine grids it holds one for each cell."""
 
+MOST_BREAKS = 12.5
+"""Of these it keeps at most so many in the time of a block of the default grid, however short its own blocks are: each
+is work at both ends, over and over."""
+
 DOUBLINGS = 40
 """A queue full of breaks keeps only those stronger than the negligible times 2^DOUBLINGS."""
 
@@ -72,9 +76,10 @@ class DelayLine:
         """Fill one travel time with a constant wave `level` [rad/s]."""
         square = coarseness * coarseness
         self.negligible = min(max(NEGLIGIBLE * (square * square), LEAST_NEGLIGIBLE), MOST_NEGLIGIBLE)
-        self.break_limit = max(BLOCK * blocks, LEAST_BREAKS)
+        room = max(BLOCK * blocks, LEAST_BREAKS)
+        self.break_limit = int(min(float(room), 1.0 + MOST_BREAKS * (coarseness * blocks)))
         empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0, 0.0), level * level)
-        self.pieces = [empty] * (blocks + 2 + self.break_limit)
+        self.pieces = [empty] * (blocks + 2 + room)
         self.first = 0
         self.count = blocks
         self.breaks = 0

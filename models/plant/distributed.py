@@ -12,8 +12,7 @@ from typing import Any, Self
 
 from ..numerics.quartic import Quartic, square_integral
 from .clock import SNAP, Ramp
-from .damped_bit import DampedBit
-from .damped_top import DampedTop
+from .damped_end import DampedBit, DampedTop
 from .delay_line import Piece
 from .exchange import Exchange, exchange
 from .friction import TUNABLE
@@ -187,7 +186,7 @@ class DrillstringDistributed(DrillstringNeutral):
         if self.damped:
             self.last_loss = self.impedance * self.clock.block * exchange(self.up, self.down, self.constants)
             self.string_loss = self.string_loss + self.last_loss
-        self.stations.find(self.up, self.down)
+        self.stations.move(self.up, self.down)
 
     def _open_top(self) -> None:
         if self.damped:

@@ -80,7 +80,7 @@ class DrillstringNeutral:
         initial = initial if initial is not None else InitialState()
         self.parameters = parameters
         self.cells = parameters.cells_for(cells)
-        blocks = self._blocks()
+        self.blocks = blocks = self._blocks()
         self.clock = Clock(start, parameters.travel_time / blocks)
         self.impedance = parameters.impedance
         twist = initial.torque / (2.0 * self.impedance)

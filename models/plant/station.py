@@ -109,7 +109,7 @@ class Stations:
         self._stations = [_Station(angle) for angle in angles]
 
     def find(self, up: DelayLine, down: DelayLine) -> None:
-        """Find in the full lines where the blocks begin that cross at the stations from now on."""
+        """Find in the full lines where the blocks begin that cross at the stations at the start."""
         if not self._stations:
             return
         distance = (up.count - up.breaks) // self.parts
@@ -120,6 +120,12 @@ class Stations:
                 below = back(down, below)
             station.above = above
             station.below = below
+
+    def move(self, up: DelayLine, down: DelayLine) -> None:
+        """Move on to the blocks that cross at the stations next, when the lines have moved by a block."""
+        for station in self._stations:
+            station.above = forth(up, station.above)
+            station.below = forth(down, station.below)
 
     def read(self, up: DelayLine, down: DelayLine, fraction: float) -> list[tuple[float, Reading]]:
         """Return for each station its angle at the begin of the block and what it reads at a fraction of it."""

@@ -46,6 +46,9 @@ size_t ds_model_size(const double value[], const ds_text text[], ds_journal *jou
         return 0;
     }
     const int blocks = ds_distributed_blocks(&p, value[DS_beta], cells, (int)value[DS_stations]);
+    if (!ds_plant_affords(&p, value[DS_beta], blocks, cells, journal)) {
+        return 0;
+    }
     return sizeof(ds_distributed) + ds_distributed_state_size(blocks);
 }
 
@@ -103,6 +106,9 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
     }
     const ds_parameters p = ds_plant_parameters(value);
     if (ds_plant_tuned(&model->string.parameters, &p)) {
+        if (!ds_plant_affords(&p, model->beta, model->string.blocks, model->string.cells, journal)) {
+            return DS_DISCARD;
+        }
         ds_distributed_set_friction(model, state, &p);
         model->string.parameters = p;
     }

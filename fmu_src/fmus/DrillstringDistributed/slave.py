@@ -31,6 +31,8 @@ class DrillstringDistributed(PlantSlave[Plant]):
                 f"the damping asks for {damping:.3g} cells; expected at most 1e7: set a lower beta or a shorter L"
             )
         stations = int(named["stations"])
+        used = parameters.cells_for(cells)
+        self.require_affordable(parameters, parameters.blocks_for(used, stations), used)
         return Plant(parameters, initial, cells, time, named["Omega"], named["WOB"], stations)
 
     def write(self, values: list[Any]) -> None:

@@ -21,9 +21,14 @@ static const ds_neutral_state *state_in(const ds_neutral *model)
 
 size_t ds_model_size(const double value[], const ds_text text[], ds_journal *journal)
 {
+    const ds_parameters p = ds_plant_parameters(value);
     const int cells = ds_plant_cells(value, journal);
+    const int blocks = ds_clock_blocks(cells);
     (void)text;
-    return cells == 0 ? 0 : sizeof(ds_neutral) + ds_neutral_state_size(ds_clock_blocks(cells));
+    if (cells == 0 || !ds_plant_affords(&p, 0.0, blocks, cells, journal)) {
+        return 0;
+    }
+    return sizeof(ds_neutral) + ds_neutral_state_size(blocks);
 }
 
 ds_result ds_model_check(const double value[], ds_journal *journal)
@@ -60,6 +65,9 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
     }
     const ds_parameters p = ds_plant_parameters(value);
     if (ds_plant_tuned(&model->parameters, &p)) {
+        if (!ds_plant_affords(&p, 0.0, model->blocks, model->cells, journal)) {
+            return DS_DISCARD;
+        }
         ds_neutral_set_friction(model, state, &p);
         model->parameters = p;
     }

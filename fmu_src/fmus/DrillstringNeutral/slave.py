@@ -7,6 +7,7 @@ from typing import Any
 
 from fmu_src.fmus.DrillstringNeutral.interface import MODEL
 from fmu_src.python.plant import PlantSlave
+from models.plant.clock import blocks_for
 from models.plant.neutral import DrillstringNeutral as Plant
 from models.plant.neutral import InitialState
 from models.plant.parameters import DrillstringParameters
@@ -23,4 +24,6 @@ class DrillstringNeutral(PlantSlave[Plant]):
         parameters = DrillstringParameters(**{field.name: named[field.name] for field in fields(DrillstringParameters)})
         cells = int(named["cells"])
         self.require_cells(parameters, cells)
+        used = parameters.cells_for(cells)
+        self.require_affordable(parameters, blocks_for(used), used)
         return Plant(parameters, initial, cells, time, named["Omega"], named["WOB"])

@@ -1,0 +1,37 @@
+#include "ds_work.h"
+
+#include "ds_slip.h"
+
+#define START_PIECES 250.0   /* 1/s, pieces a second of the start values */
+#define CROSSING 0.12        /* work of two blocks that cross, in pieces */
+#define START_DAMPED 6000.0  /* 1/s, pieces a second of the start values with the crossings of a little damping */
+
+static double brought(const ds_work *work)
+{
+    return work->blocks / work->travel_time;
+}
+
+static double answered(const ds_work *work)
+{
+    return work->damping / (work->inertia * DS_GREATEST_STIFFNESS);
+}
+
+double ds_work_times(const ds_work *work)
+{
+    const double pieces = brought(work) > answered(work) ? brought(work) : answered(work);
+    if (work->beta > 0.0) {
+        return (pieces + CROSSING * (2.0 * work->blocks * brought(work))) / START_DAMPED;
+    }
+    return pieces / START_PIECES;
+}
+
+const char *ds_work_remedy(const ds_work *work)
+{
+    if (answered(work) > brought(work)) {
+        return "a greater I_B or a lower c_b";
+    }
+    if (work->beta > 0.0 && work->blocks > work->asked) {
+        return "a lower beta or a shorter L";
+    }
+    return work->beta > 0.0 ? "fewer cells or a shorter L" : "fewer cells or a longer L";
+}

@@ -1,0 +1,25 @@
+/* The work a second of the string takes, and the bound beyond which it is refused. Follows models/plant/work.py, which
+ * explains it. */
+#ifndef DS_WORK_H
+#define DS_WORK_H
+
+#include "ds_linkage.h"
+
+#define DS_MOST_TIMES 50.0 /* 1, greatest multiple of the work of the start values that is not refused */
+
+/* what the work follows from */
+typedef struct {
+    double travel_time; /* s */
+    double damping;     /* N m s/rad, Z + c_b */
+    double inertia;     /* kg m2, I_B */
+    double blocks;      /* 1, blocks in a travel time */
+    double asked;       /* 1, of these, the blocks that its cells ask for; more are asked for by its damping */
+    double beta;        /* N s/rad, damping along the string */
+} ds_work;
+
+/* times the work of the start values */
+DS_SHARED double ds_work_times(const ds_work *work);
+/* what to set so that there is less */
+DS_SHARED const char *ds_work_remedy(const ds_work *work);
+
+#endif

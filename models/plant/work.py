@@ -1,0 +1,55 @@
+"""The work a second of the string takes, and the bound beyond which it is refused.
+
+It is counted in pieces that the bit is followed over. A string divided into M blocks brings M of them in a travel
+time; where the bit answers its torque faster than that, pieces are as short as its answer (`GREATEST_STIFFNESS`). With
+damping along the string two times M blocks cross in each of the M blocks.
+
+What the parameters ask for at all times is refused before the start. How the bit moves is not known by then: where it
+is thrown about, pieces are halved until a quartic follows its speed, which this does not count.
+"""
+
+from __future__ import annotations
+
+from .parameters import DistributedParameters, DrillstringParameters
+from .slip import GREATEST_STIFFNESS
+
+CROSSING = 0.12
+"""Work of two blocks that cross, measured: 24 of the 200 ns that a piece takes."""
+
+START_PIECES = 250.0
+"""Pieces a second of the start values [1/s]."""
+
+START_DAMPED = 6000.0
+"""The same with the crossings of a little damping [1/s]."""
+
+MOST_TIMES = 50.0
+"""Greatest multiple of these that is not refused."""
+
+
+def refusal(parameters: DrillstringParameters, blocks: int, asked: int) -> str | None:
+    """Return why a string in so many blocks takes too much work, None if it does not.
+
+    Parameters
+    ----------
+    parameters : DrillstringParameters
+        The string.
+    blocks : int
+        Blocks in a travel time.
+    asked : int
+        Of these, the blocks that its cells ask for; more are asked for by its damping.
+    """
+    brought = blocks / parameters.travel_time
+    answered = (parameters.impedance + parameters.c_b) / (parameters.I_B * GREATEST_STIFFNESS)
+    pieces = brought if brought > answered else answered
+    damped = isinstance(parameters, DistributedParameters) and parameters.beta > 0.0
+    crossings = 2.0 * blocks * brought
+    times = (pieces + CROSSING * crossings) / START_DAMPED if damped else pieces / START_PIECES
+    if times <= MOST_TIMES:
+        return None
+    if answered > brought:
+        remedy = "a greater I_B or a lower c_b"
+    elif damped and blocks > asked:
+        remedy = "a lower beta or a shorter L"
+    else:
+        remedy = "fewer cells or a shorter L" if damped else "fewer cells or a longer L"
+    return f"a second takes {times:.4g} times the work of the start values; expected at most 50: set {remedy}"

@@ -93,11 +93,13 @@ class FmuSlave:
         """Set start values and bind the getters and setters to the recording; times in s.
 
         The experiment is set up first: FMI 2.0 (section 4.2.1) allows both orders, and there are exporters whose
-        fmi2SetupExperiment puts back what was set before.
+        fmi2SetupExperiment puts back what was set before. It is told the tolerance of its default experiment, which is
+        what its makers have tried; without one, solvers take what they please.
         """
         self._time = start_time
         self._block = block  # whose memory the calls use
-        self._must("SetupExperiment", False, 0.0, start_time, True, stop_time)
+        tolerance = self._description.tolerance
+        self._must("SetupExperiment", tolerance is not None, tolerance or 0.0, start_time, True, stop_time)
         for variable, value in start_values.items():
             set_one(self._must, base_type(variable), variable.reference, value)
         self._asked = {variable: value for variable, value in start_values.items() if variable.causality == "parameter"}

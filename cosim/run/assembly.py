@@ -179,17 +179,13 @@ def _apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str
 
 
 def _tell_flaws(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:
-    """Say once for each file what its description breaks, and that it is run nevertheless."""
+    """Say once for each file what it breaks, and that it is run nevertheless."""
     for path, name in {path: name for name, path in paths.items()}.items():
-        flaws = descriptions[name].flaws
-        if flaws:
+        known = descriptions[name]
+        for where, flaws in ((" in modelDescription.xml", known.flaws), ("", known.archive_flaws)):
             more = f"; and {len(flaws) - _MOST_FLAWS} more flaws" if len(flaws) > _MOST_FLAWS else ""
-            log.warning(
-                "%s: tolerated in modelDescription.xml: %s%s",
-                path.name,
-                "; ".join(flaws[:_MOST_FLAWS]),
-                more,
-            )
+            if flaws:
+                log.warning("%s: tolerated%s: %s%s", path.name, where, "; ".join(flaws[:_MOST_FLAWS]), more)
 
 
 def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:

@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import partial
 
 from cosim.errors import SystemDefinitionError, suggestion
+from cosim.system.conversion import conversion_of, unit_conversion
 from cosim.system.description import Description, Match, Variable, compare, describe
 from cosim.system.signals import Signal, Value
 from cosim.system.structure import Component, Connection, Port, System
@@ -69,16 +70,21 @@ def _variable(port: Port, descriptions: Mapping[str, Description]) -> Variable:
 def _check_connection(
     connection: Connection, descriptions: Mapping[str, Description], told: set[tuple[str, str]]
 ) -> None:
-    """Refuse a connection whose ends do not exist, face the wrong way, or differ in type, items or unit."""
+    """Refuse a connection whose ends do not exist, face the wrong way, or differ in type, items or kind of unit."""
     source = _variable(connection.source, descriptions)
     target = _variable(connection.target, descriptions)
     label = f"connection {connection.source} -> {connection.target}"
     for name, variable, wanted in ((connection.source, source, "output"), (connection.target, target, "input")):
         if variable.causality != wanted:
             raise SystemDefinitionError(f"{label}: {name} has causality {variable.causality}; expected {wanted}")
-    if source.type != target.type:
+    if {source.type, target.type} == {"Integer", "Enumeration"}:
+        if not connection.table:
+            log.warning("%s: %s is given to %s; numbers are passed on", label, source.type, target.type)
+    elif source.type != target.type:
         raise SystemDefinitionError(f"{label}: {connection.source} is {source.type}; expected {target.type}")
-    _check_items(label, source.items, target.items)
+    elif not connection.table:
+        _check_items(label, source.items, target.items)
+    conversion_of(connection, descriptions)
     if not connection.unconverted:
         _check_units(label, source, target, told)
 
@@ -96,15 +102,12 @@ def _check_items(label: str, source: Mapping[str, int], target: Mapping[str, int
 
 
 def _check_units(label: str, source: Variable, target: Variable, told: set[tuple[str, str]]) -> None:
-    """Refuse units that differ; warn where it cannot be known, of two units of one name once."""
+    """Refuse units of different quantities; warn where it cannot be known, of two units of one name once."""
     match = compare(source.measured_in, target.measured_in)
     actual, expected = describe(source.measured_in), describe(target.measured_in)
-    if match is Match.DIFFERENT:
+    shifted = source.relative != target.relative and unit_conversion(source.measured_in, target.measured_in)[1] != 0.0
+    if match is Match.DIFFERENT or shifted:  # a difference of two temperatures is no temperature
         raise SystemDefinitionError(f"{label}: the source is in {actual}; expected {expected}")
-    if match is Match.SCALED:
-        raise SystemDefinitionError(
-            f"{label}: the source is in {actual}; expected {expected}; values are passed on unconverted"
-        )
     if match is Match.UNKNOWN:
         log.warning("%s: cannot tell whether %s and %s are the same unit", label, actual, expected)
     if match is Match.ASSUMED and (actual, expected) not in told:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import ScenarioError, SystemDefinitionError, suggestion
+from cosim.errors import Refusals, ScenarioError, SystemDefinitionError, suggestion
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
 from cosim.master.co_simulation import Master
@@ -19,7 +19,7 @@ from cosim.master.slave import Slave
 from cosim.run.options import RunOptions
 from cosim.run.report import CouplingReport, RunReport, versions
 from cosim.scenario.scenario import Scenario
-from cosim.system.compatibility import read_written, start_values
+from cosim.system.compatibility import check_system, read_written, start_values
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_units
 from cosim.system.signals import Value
@@ -85,7 +85,8 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
         slaves: dict[str, Slave] = {}
         for name, path in paths.items():
             limits = (options.limits or Limits()) if name in isolated else None
-            slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
+            with _refused_with_others(system, paths, descriptions):
+                slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
         loading = time.perf_counter() - began
         master = Master(
             system,
@@ -176,6 +177,27 @@ def _apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str
             module,
         )
     return isolated | apart
+
+
+@contextmanager
+def _refused_with_others(
+    system: System, paths: Mapping[str, Path], descriptions: Mapping[str, Description]
+) -> Generator[None]:
+    """Tell with an FMU that cannot be loaded what others cannot, and what else is wrong with the system."""
+    from cosim.fmi2.archive import open_archive
+    from cosim.fmi2.library import find_binary
+
+    refusals = Refusals()
+    with refusals.noted():
+        yield
+    if not refusals.found:
+        return
+    for name, path in paths.items():
+        with refusals.noted(), open_archive(path) as archive:
+            find_binary(archive, descriptions[name].model_identifier)
+    with refusals.noted():
+        check_system(system, descriptions)
+    refusals.raise_all(type(refusals.found[0]))
 
 
 def _tell_flaws(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from cosim.errors import SystemDefinitionError, suggestion
+from cosim.errors import Refusals, SystemDefinitionError, suggestion
 from cosim.system.conversion import conversion_of, unit_conversion
 from cosim.system.description import Description, Match, Variable, compare, describe
 from cosim.system.signals import Signal, Value
@@ -40,20 +40,27 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
     Raises
     ------
     SystemDefinitionError
-        For the first thing that does not fit.
+        For all that does not fit.
     """
     told: set[tuple[str, str]] = set()
+    values: dict[str, dict[Variable, Value]] = {}
+    refusals = Refusals()
     for connection in system.connections:
-        _check_connection(connection, descriptions, told)
+        with refusals.noted():
+            _check_connection(connection, descriptions, told)
     for target, signal in system.inputs.items():
-        _check_signal(target, signal, _variable(target, descriptions))
-    values = {part.name: start_values(part, descriptions[part.name]) for part in system.components}
+        with refusals.noted():
+            _check_signal(target, signal, _variable(target, descriptions))
     driven: dict[Port, str] = {connection.target: connection.source for connection in system.connections}
     driven.update(dict.fromkeys(system.inputs, "a signal"))
-    for name, description in descriptions.items():
-        given = {variable.name for variable in values[name]}
-        for variable in description.with_causality("input"):
-            _check_input(Port(name, variable.name), variable, variable.name in given, driven)
+    for part in system.components:
+        with refusals.noted():
+            values[part.name] = start_values(part, descriptions[part.name])
+        given = {variable.name for variable in values.get(part.name, ())}
+        for variable in descriptions[part.name].with_causality("input"):
+            with refusals.noted():
+                _check_input(Port(part.name, variable.name), variable, variable.name in given, driven)
+    refusals.raise_all(SystemDefinitionError)
     return values
 
 

@@ -56,6 +56,11 @@ class FmuSlave:
     fmu : fmpy.fmi2.FMU2Slave
         Loaded, not instantiated.
 
+    Attributes
+    ----------
+    not_kept : dict of str to value
+        What the FMU has, once initialised, for parameters that are not what they were set to.
+
     Raises
     ------
     RunError
@@ -81,6 +86,7 @@ class FmuSlave:
         self._states: KeptStates | None = None
         self._times: dict[int, float] = {}
         self._asked: dict[Variable, Value] = {}
+        self.not_kept: dict[str, Value] = {}
         self._instance = c_void_p(self._instantiate())
         self._do_step = bind(fmu.dll, "DoStep")
 
@@ -135,6 +141,7 @@ class FmuSlave:
         for variable, asked in self._asked.items():
             value = self._get(variable)
             if value != asked:
+                self.not_kept[variable.name] = value
                 self._journal.logger.warning(
                     "%s was set to %s, but the FMU has %s after initialisation", variable.name, asked, value
                 )

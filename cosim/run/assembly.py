@@ -44,17 +44,25 @@ class Assembly:
         What is run: scenario, variant, components with their files and parameters, inputs, versions.
     loading : float
         How long it took, s.
+    slaves : mapping of str to Slave
+        The components.
     """
 
     master: Master
     descriptions: Mapping[str, Description]
     provenance: Mapping[str, Any]
     loading: float
+    slaves: Mapping[str, Slave]
 
     def report(self, account: Mapping[str, Any]) -> RunReport:
-        """Return how a run was made, by what the master tells of it."""
+        """Return how a run was made, by what the master tells of it, and which parameters FMUs have not kept."""
         told: dict[str, Any] = {**account, "timings": {"load": self.loading, **account["timings"]}}
-        return RunReport(**self.provenance, coupling=CouplingReport(**told))
+        components: dict[str, dict[str, Any]] = {}
+        for name, known in self.provenance["components"].items():
+            has = getattr(self.slaves[name], "not_kept", {})  # an FMU in a process of its own only says it
+            components[name] = {**known, "not_kept": dict(has)} if has else known
+        provenance: dict[str, Any] = {**self.provenance, "components": components}
+        return RunReport(**provenance, coupling=CouplingReport(**told))
 
 
 @contextmanager
@@ -106,7 +114,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             "inputs": {name: signal.record() for name, signal in system.inputs.items()},
             "versions": versions(),
         }
-        yield Assembly(master, descriptions, provenance, loading)
+        yield Assembly(master, descriptions, provenance, loading, slaves)
 
 
 def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: str) -> None:

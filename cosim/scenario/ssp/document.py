@@ -190,6 +190,18 @@ SspSource = SspArchive | SspFolder
 """The source of a description and of what it names."""
 
 
+_PROXY = re.compile(r"proxy-?fmu://localhost\?file=(?P<file>[^&]+)")
+
+
+def without_proxy(source: str) -> tuple[str, bool]:
+    """Return the source of a component, and whether it is to be run in a process of its own.
+
+    The latter is what the proxy of the Open Simulation Platform does on this machine: ``proxyfmu://localhost?file=...``.
+    """
+    match = _PROXY.fullmatch(source)
+    return (match["file"], True) if match else (source, False)
+
+
 def _member(path: Path, source: str, what: str, *, above: bool = False) -> str:
     """Return the name that a URI of a description means within its archive, or from its folder on."""
     parts = urlsplit(source)

@@ -23,7 +23,7 @@ from cosim.fmi2.model_description import read_description
 from cosim.scenario.scenario import Scenario
 from cosim.scenario.ssp.annotation import Remarks, read_remarks, stands_for_signals
 from cosim.scenario.ssp.connections import Way, Wiring
-from cosim.scenario.ssp.document import SspSource, open_source, read_document, ssd
+from cosim.scenario.ssp.document import SspSource, open_source, read_document, ssd, without_proxy
 from cosim.scenario.ssp.parameters import Given, component_values, read_bindings, read_units
 from cosim.scenario.ssp.program import as_signals
 from cosim.scenario.ssp.topology import Topology, read_topology
@@ -176,7 +176,8 @@ class _Reading:
             }
             with self._noted():
                 values = component_values(name, description, bound, inherited, driven)
-                components.append(Component(name, self._fmus[name], values))
+                _, isolate = without_proxy(str(topology.components[name].get("source")))
+                components.append(Component(name, self._fmus[name], values, isolate))
         return tuple(components), connections
 
     def _bindings(self, element: Element) -> dict[str, Given]:
@@ -187,7 +188,8 @@ class _Reading:
 
     def _unpack(self, label: str, component: Element) -> Path:
         """Put the FMU of a component into a folder, once for all components that share it."""
-        name = self._archive.member(str(component.get("source")), f"component {label}")
+        source, _ = without_proxy(str(component.get("source")))
+        name = self._archive.member(source, f"component {label}")
         file = PurePosixPath(name).name
         if not _FILE_NAME.fullmatch(file):
             raise SspError(f"{self._where}: component {label} is the file {name}; expected one that ends in .fmu")

@@ -290,3 +290,14 @@ def test_an_unpacked_description_may_name_what_lies_above_it(make: Make, tmp_pat
     assert final(folder / "SystemStructure.ssd", "a.u") == 0.0
     with pytest.raises(InputError, match="expected a path within the archive"):
         read(make(whole))
+
+
+def test_a_proxy_on_this_machine_is_a_process_of_its_own(make: Make) -> None:
+    whole = system("all", component("a", "u:input") + component("b"))
+    proxied = whole.replace('source="resources/probe.fmu"', 'source="proxyfmu://localhost?file=resources/probe.fmu"', 1)
+    with open_ssp(make(proxied), step_size=0.125) as scenario:
+        assert [part.isolate for part in scenario.system.components] == [True, False]
+        assert simulate(scenario).record["isolated"] == ["a"]
+    for source in ("proxyfmu://other.host?file=a.fmu", "proxyfmu://localhost:9090?file=a.fmu"):
+        with pytest.raises(InputError, match=f"'{re.escape(source)}'; expected a path within the archive"):
+            read(make(whole.replace('"resources/probe.fmu"', f'"{source}"', 1)))

@@ -371,3 +371,17 @@ def test_units_with_an_offset_convert_as_their_definitions_say() -> None:
         "a": describe({}, ("y",), units={"y": celsius}), "b": describe({"u": 0.0}, (), units={"u": celsius})
     }  # fmt: skip
     assert conversion_of(Connection("a.y", "b.u"), descriptions) is None
+
+
+@pytest.mark.parametrize("options", ALGORITHMS)
+def test_an_integer_drives_an_enumeration_with_a_warning(
+    make_probe: Maker, caplog: pytest.LogCaptureFixture, options: dict[str, Any]
+) -> None:
+    """As in systems of other tools, which count modes in one FMU and name them in another."""
+    old = 'causality="input" variability="discrete"><Integer start="0"/>'
+    fmu = make_probe(replace={old: CHOOSING[old]})
+    scenario = chain(fmu, Connection("a.n_next", "b.n"), n=Constant("slow"))
+    with caplog.at_level("WARNING", "cosim"):
+        result = simulate(scenario, **options)
+    assert (result["a.n_next"][-1], result["b.n"][-1]) == (2, 2)
+    assert "connection a.n_next -> b.n: Integer is given to Enumeration; numbers are passed on" in caplog.text

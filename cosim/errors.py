@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import difflib
 import importlib
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,30 @@ class OutputError(InputError):
 
 class CheckpointError(InputError):
     """A run that cannot be resumed: its checkpoint is missing or damaged, or what it was made from has changed."""
+
+
+class Refusals:
+    """Collects what is wrong with a file or system, so that one run tells all of it."""
+
+    def __init__(self) -> None:
+        self.found: list[InputError] = []
+
+    @contextmanager
+    def noted(self) -> Generator[None]:
+        """Go on after the block where it refuses something, which is noted."""
+        try:
+            yield
+        except InputError as error:
+            self.found.append(error)
+
+    def raise_all(self, kind: type[InputError]) -> None:
+        """Raise what was noted: one refusal as it is, several as one of a kind whose sentence numbers them."""
+        sentences = list(dict.fromkeys(map(str, self.found)))
+        if len(sentences) == 1:
+            raise self.found[0]
+        if sentences:
+            numbered = "; ".join(f"({number}) {each}" for number, each in enumerate(sentences, 1))
+            raise kind(f"{len(sentences)} things stop it: {numbered}") from self.found[0]
 
 
 class RunError(CosimError):

@@ -39,11 +39,14 @@ def check_archive(path: Path, folder: Path) -> Outcome:
     try:
         with open_archive(path) as archive:
             archive.unpack(folder)
+            flaws = archive.flaws
     except FmuFileError as error:
         return failed(str(error).replace(f"{path} ", "it ", 1).removeprefix(f"{path}: "), allowed)
     files = [file for file in folder.rglob("*") if file.is_file()]
     if folder / "modelDescription.xml" not in files:
         return failed("there is no modelDescription.xml at its root", allowed)
+    if flaws:
+        return failed("; ".join(flaws), "names that are files on every system")
     size = sum(file.stat().st_size for file in files)
     return passed(f"{counted(len(files), 'file')}, {size / 1e6:.2f} MB unpacked", allowed)
 

@@ -257,8 +257,11 @@ def build(arguments: typer.Context) -> None:
 
 
 def main() -> None:
-    """Run the command line."""
-    app()
+    """Run the command line; output that cannot be written, as to a full disk, is a sentence too."""
+    try:
+        app()
+    except OSError as error:
+        sys.exit(f"error: the output cannot be written: {error.strerror or error}")
 
 
 def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:

@@ -7,8 +7,10 @@ was computed and what is not known of it.
 from __future__ import annotations
 
 import logging
+import os
+import sys
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,8 +33,18 @@ _INTERRUPTED = 130
 
 def new_console() -> Console:
     """Return a console on the present standard output; a file is wide enough for every table."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=_WIDTH_OF_FILES)
+    console = _Console(highlight=False)
+    return console if console.is_terminal else _Console(highlight=False, width=_WIDTH_OF_FILES)
+
+
+class _Console(Console):
+    """A console whose reader may leave: the rest is said to nobody, and what is being done goes on."""
+
+    def on_broken_pipe(self) -> None:
+        """Write nothing more, and leave nothing for the interpreter to write at its end; rich would exit with 1."""
+        self.quiet = True
+        with suppress(OSError, ValueError), open(os.devnull, "w", encoding="utf-8") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 @contextmanager

@@ -7,6 +7,8 @@ computation and not a definition.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +20,8 @@ LOSSES = ("top_loss", "bit_loss", "string_loss")
 """Outputs that tell where energy is lost; a plant has those that apply to it."""
 FOLDED = "folded_energy"
 """Energy a plant took from its waves to simplify them: an error of the method, and counted as such."""
+FOLDS = "breaks_folded"
+"""How often it did that where it was not negligible."""
 NEEDED = ("energy", "work_in", "drive_work", "top_loss", "bit_loss")
 """Outputs of a plant from which its energy is balanced."""
 
@@ -42,6 +46,11 @@ class EnergyBalance:
         Stored since the start and not accounted for by drive, losses and method, J.
     put_in : ndarray, shape (n,)
         The energy at the start and the most that had been put into the string until then or drawn from it, J.
+    folds : int
+        Breaks folded although they were not negligible.
+    wave_change : float or None
+        What folding did to the waves: the root mean square of their change, rad/s. A fold is a least-squares fit, so
+        that the energy it takes is that of the change. None where the string's impedance is not known.
     """
 
     component: str
@@ -51,6 +60,8 @@ class EnergyBalance:
     folded: FloatArray
     residual: FloatArray
     put_in: FloatArray
+    folds: int = 0
+    wave_change: float | None = None
 
     @property
     def worst(self) -> float:
@@ -61,6 +72,9 @@ class EnergyBalance:
     def summary(self) -> dict[str, float]:
         """Return what there is at the end, J, and the greatest residual as a part of what was put in."""
         final = {name: float(values[-1]) for name, values in self.losses.items()}
+        folded = {"breaks_folded": float(self.folds)} if self.folds else {}
+        if self.folds and self.wave_change is not None:
+            folded["wave_change"] = self.wave_change
         return {
             "stored_at_start": float(self.stored[0]),
             "stored": float(self.stored[-1]),
@@ -69,6 +83,7 @@ class EnergyBalance:
             "folded": float(self.folded[-1]),
             "residual": float(self.residual[-1]),
             "worst_residual": self.worst,
+            **folded,
         }
 
 
@@ -110,4 +125,32 @@ def energy_balance(result: Result, component: str = "plant") -> EnergyBalance | 
         folded=folded,
         residual=stored - stored[0] - kept,
         put_in=stored[0] + np.maximum.accumulate(np.abs(since_start("work_in"))),
+        folds=int(since_start(FOLDS)[-1]) if f"{component}.{FOLDS}" in result else 0,
+        wave_change=_wave_change(result, component, float(folded[-1])),
     )
+
+
+def _wave_change(result: Result, component: str, folded: float) -> float | None:
+    """Return the root mean square of what folding changed about the waves [rad/s], from the energy it took [J].
+
+    The energy of a wave w that passes in a time is the impedance times the integral of its square (model.md, (10)).
+    """
+    known = result.record.get("components", {}).get(component, {}).get("parameters", {})
+    factors = [known.get(name) for name in ("I", "G", "J")]
+    duration = float(result.time[-1] - result.time[0])
+    if not all(isinstance(each, float) and each > 0.0 for each in factors) or duration <= 0.0:
+        return None
+    impedance = math.sqrt(math.prod(factors))
+    return math.sqrt(max(0.0, folded) / (impedance * duration))
+
+
+def folding_sentence(energy: Mapping[str, float]) -> str | None:
+    """Say what folded breaks did to a run, from `EnergyBalance.summary`; None if none were folded."""
+    if not energy.get("breaks_folded"):
+        return None
+    sentence = (
+        f"{energy['breaks_folded']:.0f} breaks folded, which took {energy['folded']:.2g} J of the "
+        f"{energy['drive_work']:.2g} J that the drive gave"
+    )
+    change = energy.get("wave_change")
+    return sentence if change is None else f"{sentence} and changed waves by {change:.1g} rad/s in the root mean square"

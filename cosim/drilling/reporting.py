@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from cosim.drilling import energy, oscillation
-from cosim.drilling.energy import energy_balance
+from cosim.drilling.energy import energy_balance, folding_sentence
 from cosim.drilling.oscillation import Measures, measure
 from cosim.recording.result import Column, Result
 
@@ -68,8 +68,10 @@ class Findings:
         return oscillation.cells(self.measures)
 
     def sentence(self) -> str:
-        """Say over which window was measured."""
-        return f"measured over {self.measures.window}" if self.measures else "nothing to measure"
+        """Say over which window was measured, and what folded breaks did, if there were any."""
+        measured = f"measured over {self.measures.window}" if self.measures else "nothing to measure"
+        folding = None if self.energy is None else folding_sentence(self.energy)
+        return measured if folding is None else f"{measured}; {folding}"
 
 
 def find(result: Result) -> Findings:
@@ -87,7 +89,7 @@ def headings() -> tuple[str, ...]:
 def watched(columns: Sequence[Column], signals: Sequence[str]) -> list[Column]:
     """Choose the columns that findings and the figure take; `signals` are those the figure is asked to show."""
     shown = signals or default_signals({column.name: column.dtype for column in columns})
-    needed = {*oscillation.needed(), *energy.NEEDED, *energy.LOSSES, energy.FOLDED}
+    needed = {*oscillation.needed(), *energy.NEEDED, *energy.LOSSES, energy.FOLDED, energy.FOLDS}
     return [column for column in columns if column.name in shown or column.name.partition(".")[2] in needed]
 
 

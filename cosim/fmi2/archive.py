@@ -16,6 +16,7 @@ import re
 import shutil
 import stat
 import struct
+import sys
 import tempfile
 import unicodedata
 import zipfile
@@ -74,7 +75,12 @@ class Archive:
         self.path = path
         self._file = file
         self._refusal = refusal
-        self._members = {entry.filename: entry for entry in file.infolist()}
+        self._members = {name: entry for entry in file.infolist() if (name := _place(entry.filename))}
+
+    @property
+    def flaws(self) -> tuple[str, ...]:
+        """Say which names of members are fine on this system and cannot be files on another."""
+        return tuple(f"the name of the member {name!r} {_ENDS_BADLY}" for name in self._members if _ends_badly(name))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -117,8 +123,8 @@ class Archive:
             Of the type the archive was opened with, if a member is damaged or the folder cannot be written to.
         """
         self._refuse_lack_of_space(sum(entry.file_size for entry in self._members.values()), folder)
-        for entry in self._members.values():
-            self._write(entry, folder.joinpath(*entry.filename.split("/")))
+        for name, entry in self._members.items():
+            self._write(entry, folder.joinpath(*name.split("/")))
 
     def _member(self, name: str) -> zipfile.ZipInfo:
         if name not in self._members:
@@ -203,7 +209,7 @@ def _fault(file: zipfile.ZipFile) -> str | None:
     if len(entries) > MOST_MEMBERS:
         return f"it has {len(entries)} members; expected at most {MOST_MEMBERS}"
     faults = (_fault_of_member(entry) for entry in entries)
-    collision = colliding_names([entry.filename for entry in entries])
+    collision = colliding_names([_place(entry.filename) for entry in entries])
     return (
         next((fault for fault in faults if fault is not None), None)
         or (f"the members {collision[0]!r} and {collision[1]!r} claim the same place" if collision else None)
@@ -283,14 +289,16 @@ LONGEST_NAME = 1000
 
 # What Windows takes for a device in whatever folder and with whatever extension
 # (https://learn.microsoft.com/windows/win32/fileio/naming-a-file).
+_ENDS_BADLY = "has a part that ends in a dot or a space"
 _DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³]) *(\..*)?", re.IGNORECASE)
 
 
 def fault_of_name(name: str) -> str | None:
     """Say what is wrong with the name of a member, or return None if it may be unpacked under it.
 
-    The same names are refused on every system, so that an archive that opens on one opens on all of them. Parts are
-    separated by forward slashes (APPNOTE.TXT of the zip format, section 4.4.17); one at the end makes it a folder.
+    The same names are refused on every system, but for the dots and spaces at their ends that Windows would drop: there
+    are exporters that write such names, and elsewhere they are as good as any. Parts are separated by forward slashes
+    (APPNOTE.TXT of the zip format, section 4.4.17); one at the end makes it a folder.
     """
     parts = name.removesuffix("/").split("/")
     faults = {
@@ -302,10 +310,21 @@ def fault_of_name(name: str) -> str | None:
         "has a colon in it, as a drive has": ":" in name,
         "leads out of the archive": ".." in parts,
         "has an empty part": "" in parts,
-        "has a part that ends in a dot or a space": any(part.endswith((".", " ")) for part in parts),
+        _ENDS_BADLY: sys.platform == "win32" and _ends_badly(name),
         "is a device on Windows": any(_DEVICE.fullmatch(part) for part in parts),
     }
     return next((fault for fault, found in faults.items() if found), None)
+
+
+def _ends_badly(name: str) -> bool:
+    """Tell whether Windows would make a file of another name; a part that is one dot is the folder itself."""
+    parts = name.removesuffix("/").split("/")
+    return any(part.endswith((".", " ")) for part in parts if part != ".")
+
+
+def _place(name: str) -> str:
+    """Return where a member is unpacked: its name without parts that are one dot, which lead nowhere."""
+    return "/".join(part for part in name.split("/") if part != ".")
 
 
 def colliding_names(names: Sequence[str]) -> tuple[str, str] | None:

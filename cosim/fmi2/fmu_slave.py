@@ -56,6 +56,11 @@ class FmuSlave:
     fmu : fmpy.fmi2.FMU2Slave
         Loaded, not instantiated.
 
+    Attributes
+    ----------
+    not_kept : dict of str to value
+        What the FMU has, once initialised, for parameters that are not what they were set to.
+
     Raises
     ------
     RunError
@@ -81,6 +86,7 @@ class FmuSlave:
         self._states: KeptStates | None = None
         self._times: dict[int, float] = {}
         self._asked: dict[Variable, Value] = {}
+        self.not_kept: dict[str, Value] = {}
         self._instance = c_void_p(self._instantiate())
         self._do_step = bind(fmu.dll, "DoStep")
 
@@ -93,11 +99,13 @@ class FmuSlave:
         """Set start values and bind the getters and setters to the recording; times in s.
 
         The experiment is set up first: FMI 2.0 (section 4.2.1) allows both orders, and there are exporters whose
-        fmi2SetupExperiment puts back what was set before.
+        fmi2SetupExperiment puts back what was set before. It is told the tolerance of its default experiment, which is
+        what its makers have tried; without one, solvers take what they please.
         """
         self._time = start_time
         self._block = block  # whose memory the calls use
-        self._must("SetupExperiment", False, 0.0, start_time, True, stop_time)
+        tolerance = self._description.tolerance
+        self._must("SetupExperiment", tolerance is not None, tolerance or 0.0, start_time, True, stop_time)
         for variable, value in start_values.items():
             set_one(self._must, base_type(variable), variable.reference, value)
         self._asked = {variable: value for variable, value in start_values.items() if variable.causality == "parameter"}
@@ -133,6 +141,7 @@ class FmuSlave:
         for variable, asked in self._asked.items():
             value = self._get(variable)
             if value != asked:
+                self.not_kept[variable.name] = value
                 self._journal.logger.warning(
                     "%s was set to %s, but the FMU has %s after initialisation", variable.name, asked, value
                 )

@@ -40,7 +40,7 @@ def read_description(path: Path, *, validate: bool = True) -> Description:
         If the file is missing, is not a zip archive that can safely be opened, has no modelDescription.xml that can be
         used, or is not an FMU for co-simulation by FMI 2.0.
     """
-    content, encoding = _checked_content(path)
+    content, encoding, archive_flaws = _checked_content(path)
     read, flaws = _read(path, content, validate)
     slave = read.coSimulation
     if slave is None:
@@ -48,7 +48,7 @@ def read_description(path: Path, *, validate: bool = True) -> Description:
     _refuse_ambiguous_names(path, read)
     units = {str(unit.name): _unit(unit) for unit in read.unitDefinitions}
     differences = _differences(content)
-    start_time, stop_time, step_size = _default_experiment(path, read.defaultExperiment)
+    start_time, stop_time, step_size, tolerance = _default_experiment(path, read.defaultExperiment)
     return Description(
         model_name=str(read.modelName),
         model_identifier=str(slave.modelIdentifier),
@@ -65,9 +65,11 @@ def read_description(path: Path, *, validate: bool = True) -> Description:
         start_time=start_time,
         stop_time=stop_time,
         step_size=step_size,
+        tolerance=tolerance,
         feedthrough=_feedthrough(read.outputs),
         initial_feedthrough=_feedthrough(read.initialUnknowns),
         flaws=((encoding,) if encoding else ()) + flaws,
+        archive_flaws=archive_flaws,
     )
 
 
@@ -99,16 +101,20 @@ def _flaws(path: Path, error: fmpy_md.ValidationError | KeyError) -> tuple[str, 
     return flaws
 
 
-def _checked_content(path: Path) -> tuple[bytes, str | None]:
-    """Return modelDescription.xml in UTF-8, refusing what fmpy must not see and what is not of FMI 2.0."""
+def _checked_content(path: Path) -> tuple[bytes, str | None, tuple[str, ...]]:
+    """Return modelDescription.xml in UTF-8, what its encoding was, and flaws of the archive.
+
+    What fmpy must not see, and what is not of FMI 2.0, is refused.
+    """
     with open_archive(path) as archive:
         if _FILE not in archive.names:
             raise FmuFileError(f"{path} is not an FMU: there is no {_FILE} in it")
         content, encoding = in_utf8(archive.read(_FILE))
+        flaws = archive.flaws
     version = check_xml(content, f"{path}: {_FILE}", FmuFileError).attributes.get("fmiVersion")
     if version != "2.0":
         raise FmuFileError(f"{path}: FMI version is {version or 'not given'}; expected 2.0")
-    return content, encoding
+    return content, encoding, flaws
 
 
 def _refuse_ambiguous_names(path: Path, read: fmpy_md.ModelDescription) -> None:
@@ -126,8 +132,8 @@ def _refuse_ambiguous_names(path: Path, read: fmpy_md.ModelDescription) -> None:
 
 
 def _default_experiment(path: Path, experiment: fmpy_md.DefaultExperiment | None) -> tuple[float | None, ...]:
-    """Return start time, stop time and step size [s], as far as they are given."""
-    names = ("startTime", "stopTime", "stepSize")
+    """Return start time, stop time and step size [s], and the tolerance, as far as they are given."""
+    names = ("startTime", "stopTime", "stepSize", "tolerance")
     return tuple(_number(path, f"{name} of the default experiment", getattr(experiment, name, None)) for name in names)
 
 

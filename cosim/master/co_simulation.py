@@ -23,7 +23,9 @@ from cosim.master.run import Progress, Run, Snapshot
 from cosim.master.slave import Slave
 from cosim.recording.result import Result, RowMemory, Rows
 from cosim.system.compatibility import StartValues, check_system, with_numbers
+from cosim.system.conversion import conversion_of
 from cosim.system.dependency import feedthrough_loops
+from cosim.system.description import Description
 from cosim.system.field_units import in_declared_units
 from cosim.system.method import Method
 from cosim.system.structure import System
@@ -127,6 +129,7 @@ class Master:
             "algorithm": method.algorithm,
             "order": list(self._run.order),
             "connections": [f"{connection.source} -> {connection.target}" for connection in system.connections],
+            **_converted(system, descriptions),
             "loops": [str(loop) for loop in feedthrough_loops(system, descriptions)],
             "start_time": start_time,
             "stop_time": grid.end,
@@ -236,6 +239,13 @@ def collect_rows(master: Master, progress: Progress | None = None) -> Result:
     for rows in master.rows(progress):
         memory.take(rows)
     return memory.result(master.end())
+
+
+def _converted(system: System, descriptions: Mapping[str, Description]) -> dict[str, Any]:
+    """Return what is to be told of connections that convert values, if there are any."""
+    found = ((connection, conversion_of(connection, descriptions)) for connection in system.connections)
+    told = {f"{one.source} -> {one.target}": each.record() for one, each in found if each is not None}
+    return {"conversions": told} if told else {}
 
 
 def _state(component: str) -> str:

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from ctypes import POINTER, Array, Structure, byref, c_int, c_size_t, c_void_p, cast
+from ctypes import POINTER, Array, Structure, byref, c_double, c_int, c_size_t, c_void_p, cast
 from functools import cache
 from importlib import metadata, util
 from pathlib import Path
@@ -31,6 +31,7 @@ from cosim.fmi2.functions import SectionExchange, SlopeExchange, StepCalls
 from cosim.master.communication_points import Points
 from cosim.master.slave import Slave
 from cosim.master.wiring import Link, Node
+from cosim.system.conversion import Conversion
 
 _WRITE, _INPUT_SLOPES, _DO_STEP, _READ, _OUTPUT_SLOPES = range(5)
 """Phases of a step, as step_loop.c numbers them."""
@@ -44,6 +45,16 @@ class _Link(Structure):
         ("target_stride", c_size_t),
         ("size", c_size_t),
         ("lag", c_size_t),
+    )
+
+
+class _Conversion(Structure):
+    _fields_ = (
+        ("link", _Link),
+        ("factor", c_double),
+        ("offset", c_double),
+        ("table", c_void_p),
+        ("pairs", c_size_t),
     )
 
 
@@ -74,6 +85,8 @@ class _Node(Structure):
         ("do_step", c_void_p),
         ("links", POINTER(_Link)),
         ("link_count", c_size_t),
+        ("conversions", POINTER(_Conversion)),
+        ("conversion_count", c_size_t),
         ("writes", POINTER(_Exchange)),
         ("write_count", c_size_t),
         ("reads", POINTER(_Exchange)),
@@ -148,11 +161,19 @@ class StepLoop:
             calls.instance,
             _address(calls.do_step),
             *self._array(_Link, [_lay_out_link(link) for link in node.links]),
+            *self._array(_Conversion, [self._lay_out_conversion(*each) for each in node.converted]),
             *self._array(_Exchange, [_lay_out_exchange(exchange) for exchange in calls.writes]),
             *self._array(_Exchange, [_lay_out_exchange(exchange) for exchange in calls.reads]),
             self._array(_Slopes, [_lay_out_slopes(calls.input_slopes)])[0] if calls.input_slopes else None,
             self._array(_Slopes, [_lay_out_slopes(calls.output_slopes)])[0] if calls.output_slopes else None,
         )
+
+    def _lay_out_conversion(self, link: Link, conversion: Conversion) -> _Conversion:
+        """Write a connection that converts as the struct of C."""
+        numbers = (c_int * (2 * len(conversion.table)))(*(number for pair in conversion.table for number in pair))
+        self._keep.append(numbers)
+        table = cast(numbers, c_void_p) if conversion.table else None
+        return _Conversion(_lay_out_link(link), conversion.factor, conversion.offset, table, len(conversion.table))
 
     def _array(self, kind: type[_Item], items: Sequence[_Item]) -> tuple[Array[_Item], int]:
         """Return an array of structs, kept alive, and its length."""
@@ -223,6 +244,7 @@ _FLAGS = (
     "-shared",
     "-std=c99",
     "-O2",
+    "-ffp-contract=off",  # else a factor and an offset are rounded once where the processor can, and twice in Python
     "-fvisibility=hidden",
     "-fPIC",
     "-g0",

@@ -8,7 +8,8 @@ outputs say so, and are counted.
 
 Across a power bond, what is taken in is not just what is given. Over each step the power taken in is the input as it
 was set, held or on a straight line, times the output of the same component; the power given is the output that drives
-the input, times what its component was given in return. Between communication points outputs are taken to go on
+the input, times what its component was given in return: both as that component counts them, in its own units, where a
+connection converts. Between communication points outputs are taken to go on
 straight lines. The difference, integrated over the step, is the energy residual: positive where the coupling adds
 energy. An exact coupling has none. Energy residuals are due to Sadjina, Kyllingstad, Skjong and Pedersen (2017), Energy
 conservation and power bonds in co-simulations, Engineering with Computers 33, who take the powers at communication
@@ -28,6 +29,7 @@ from numpy.typing import NDArray
 from cosim.errors import SystemDefinitionError, format_time, suggestion
 from cosim.recording.record import BASE_TYPES, BaseType, Block, Section, Window, base_type
 from cosim.recording.result import Column, Rows
+from cosim.system.conversion import Conversion, conversion_of
 from cosim.system.dependency import Loop, feedthrough_loops, moves
 from cosim.system.description import Description
 from cosim.system.power_bonds import Bond, find_bonds
@@ -252,6 +254,7 @@ class LateWatch:
         self, connections: Sequence[Connection], loops: Sequence[Loop], descriptions: Mapping[str, Description]
     ) -> None:
         self._kinds: dict[Connection, tuple[BaseType, BaseType]] = {}
+        self._conversions: dict[Connection, Conversion | None] = {}
         self._found: dict[str, dict[str, Any]] = {}
         for connection in connections:
             source, target = (
@@ -260,6 +263,7 @@ class LateWatch:
             if "String" in (source.type, target.type):
                 continue
             self._kinds[connection] = base_type(source), base_type(target)
+            self._conversions[connection] = conversion_of(connection, descriptions)
             loop = next((str(loop) for loop in loops if connection.target in loop.variables), None)
             self._found[_arrow(connection)] = {"loop": loop, "largest_difference": 0.0, "time": None}
 
@@ -268,6 +272,8 @@ class LateWatch:
         for connection, (kind, target_kind) in self._kinds.items():
             source, target = connection.source, connection.target
             given = _column(window.blocks[source.component].outputs[kind], source)
+            conversion = self._conversions[connection]
+            given = given if conversion is None else conversion.of_all(given)
             taken = _column(window.blocks[target.component].inputs[target_kind], target)
             apart = np.nan_to_num(np.abs(given - taken)[1:], nan=0.0, posinf=np.inf)
             found = self._found[_arrow(connection)]
@@ -325,13 +331,23 @@ class EnergyAccount:
         sizes = np.diff(window.times)
         effort = _output(self.bond.output, window)
         taken = self.bond.factor * _integral(_input(self.bond.input, window, sizes), effort, sizes)
-        returned = effort if self.bond.back is None else _input(self.bond.back, window, sizes)
-        given = self.bond.factor * _integral(_output(self.bond.source, window), returned, sizes)
+        given = self._given(window, effort, sizes)
         residual = taken - given
         self.sum += float(residual.sum())
         self.absolute += float(np.abs(residual).sum())
         self.exchanged += float(np.abs(taken).sum())
         return np.concatenate([[0.0], residual])
+
+    def _given(self, window: Window, effort: Line, sizes: FloatArray) -> FloatArray:
+        """Return the energy that the source gives in each step [J]."""
+        bond, source = self.bond, _output(self.bond.source, window)
+        if bond.back is not None:
+            factor = bond.factor if bond.given_factor is None else bond.given_factor
+            return factor * _integral(source, _input(bond.back, window, sizes), sizes)
+        if bond.conversion is not None:
+            first, last = map(bond.conversion.of_all, source)
+            source = first, last
+        return bond.factor * _integral(source, effort, sizes)
 
     def summary(self) -> dict[str, Any]:
         """Return the sums [J], and what is not as the account takes it to be, if anything."""

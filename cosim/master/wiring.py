@@ -21,6 +21,7 @@ import numpy as np
 from cosim.master.communication_points import Points
 from cosim.master.slave import Slave
 from cosim.recording.record import TEXT, Block, Section, Slopes, base_type
+from cosim.system.conversion import Conversion, conversion_of
 from cosim.system.description import Variable
 from cosim.system.method import Lag
 from cosim.system.signals import Signal, Value
@@ -28,6 +29,9 @@ from cosim.system.structure import Connection, Port, System
 
 Link = tuple[Any, int, Any, int, int]
 """Source array and column, target array and column, and how many rows the source lags behind."""
+
+ConvertedLink = tuple[Link, Conversion]
+"""A link, and what becomes of the value on the way."""
 
 _NOTHING: Mapping[Port, float] = MappingProxyType({})
 
@@ -51,6 +55,8 @@ class Node:
     links : tuple
         The channels as plain tuples on memory views. The loop to read walks them, since looking up an attribute costs
         as much as copying a number, and copying one between NumPy arrays ten times that.
+    converted : tuple
+        Links of the channels that pass values on in another form, apart from the others.
     """
 
     name: str
@@ -59,14 +65,20 @@ class Node:
     channels: tuple[Channel, ...]
     drives: tuple[Drive, ...]
     links: tuple[Link, ...] = field(init=False)
+    converted: tuple[ConvertedLink, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "links", tuple(channel.link() for channel in self.channels))
+        plain = tuple(channel.link() for channel in self.channels if channel.conversion is None)
+        object.__setattr__(self, "links", plain)
+        converted = tuple((each.link(), each.conversion) for each in self.channels if each.conversion is not None)
+        object.__setattr__(self, "converted", converted)
 
     def gather(self, row: int) -> None:
         """Copy the values that connections bring into the input row `row`, each as old as the algorithm has it."""
         for source, source_column, target, target_column, lag in self.links:
             target[row, target_column] = source[row - lag, source_column]
+        for (source, source_column, target, target_column, lag), conversion in self.converted:
+            target[row, target_column] = conversion.of(source[row - lag, source_column])
 
     def gather_initial(self, tried: Mapping[Port, float] = _NOTHING) -> None:
         """Copy the values that connections bring within row 0, but for those that are tried."""
@@ -184,16 +196,19 @@ def _channel(connection: Connection, slaves: Mapping[str, Slave], blocks: Mappin
     output, block = slaves[source.component].description.by_name[source.variable], blocks[source.component]
     section = block.outputs[base_type(output)]
     derivatives, column = _slopes(block.output_slopes, output)
+    conversion = conversion_of(connection, {name: slave.description for name, slave in slaves.items()})
+    scale = 1.0 if conversion is None else abs(conversion.factor)
     return Channel(
         source,
         target,
-        max(output.nominal, target.variable.nominal),
+        max(scale * output.nominal, target.variable.nominal),
         output.is_continuous and target.variable.is_continuous,
         _cells(section),
         section.column(source.variable),
         lag,
         derivatives,
         column,
+        conversion,
     )
 
 
@@ -316,7 +331,7 @@ class Channel:
     target : Target
         The input.
     nominal : float
-        A usual size of the value, in its unit.
+        A usual size of the value, in the unit of the input.
     continuous : bool
         Whether the value changes continuously but for a few places; if not, it is passed on as it is and held.
     outputs : memoryview
@@ -329,6 +344,8 @@ class Channel:
         Rows and columns of output derivatives, where the output goes on along its derivative whatever the others do.
     derivative_column : int
         In `derivatives`.
+    conversion : Conversion, optional
+        What becomes of the value on the way; what `output` and `last` return has been converted.
     """
 
     source: Port
@@ -340,20 +357,23 @@ class Channel:
     lag: int = 0
     derivatives: Any = None
     derivative_column: int = 0
+    conversion: Conversion | None = None
 
     def link(self) -> Link:
         """Return it as a plain tuple."""
         return self.outputs, self.column, self.target.values, self.target.column, self.lag
 
     def output(self, row: int) -> float:
-        """Return what the source put out at the end of the step that led to a row."""
-        return self.outputs[row, self.column]
+        """Return what the source put out at the end of the step that led to a row, as the input gets it."""
+        value = self.outputs[row, self.column]
+        return value if self.conversion is None else self.conversion.of(value)
 
     def last(self, begin: int, end: int, size: float) -> float:
         """Return the output at the end of a step, before a jump: what came back, or what its derivative promised."""
         if self.derivatives is None:
             return self.output(end)
-        return self.output(begin) + size * self.derivatives[begin, self.derivative_column]
+        change = size * self.derivatives[begin, self.derivative_column]
+        return self.output(begin) + (change if self.conversion is None else self.conversion.factor * change)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import ScenarioError, SystemDefinitionError, suggestion
+from cosim.errors import Refusals, ScenarioError, SystemDefinitionError, suggestion
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
 from cosim.master.co_simulation import Master
@@ -19,7 +19,7 @@ from cosim.master.slave import Slave
 from cosim.run.options import RunOptions
 from cosim.run.report import CouplingReport, RunReport, versions
 from cosim.scenario.scenario import Scenario
-from cosim.system.compatibility import read_written, start_values
+from cosim.system.compatibility import check_system, read_written, start_values
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_units
 from cosim.system.signals import Value
@@ -44,17 +44,25 @@ class Assembly:
         What is run: scenario, variant, components with their files and parameters, inputs, versions.
     loading : float
         How long it took, s.
+    slaves : mapping of str to Slave
+        The components.
     """
 
     master: Master
     descriptions: Mapping[str, Description]
     provenance: Mapping[str, Any]
     loading: float
+    slaves: Mapping[str, Slave]
 
     def report(self, account: Mapping[str, Any]) -> RunReport:
-        """Return how a run was made, by what the master tells of it."""
+        """Return how a run was made, by what the master tells of it, and which parameters FMUs have not kept."""
         told: dict[str, Any] = {**account, "timings": {"load": self.loading, **account["timings"]}}
-        return RunReport(**self.provenance, coupling=CouplingReport(**told))
+        components: dict[str, dict[str, Any]] = {}
+        for name, known in self.provenance["components"].items():
+            has = getattr(self.slaves[name], "not_kept", {})  # an FMU in a process of its own only says it
+            components[name] = {**known, "not_kept": dict(has)} if has else known
+        provenance: dict[str, Any] = {**self.provenance, "components": components}
+        return RunReport(**provenance, coupling=CouplingReport(**told))
 
 
 @contextmanager
@@ -85,7 +93,8 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
         slaves: dict[str, Slave] = {}
         for name, path in paths.items():
             limits = (options.limits or Limits()) if name in isolated else None
-            slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
+            with _refused_with_others(system, paths, descriptions):
+                slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
         loading = time.perf_counter() - began
         master = Master(
             system,
@@ -105,7 +114,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             "inputs": {name: signal.record() for name, signal in system.inputs.items()},
             "versions": versions(),
         }
-        yield Assembly(master, descriptions, provenance, loading)
+        yield Assembly(master, descriptions, provenance, loading, slaves)
 
 
 def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: str) -> None:
@@ -178,18 +187,35 @@ def _apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str
     return isolated | apart
 
 
+@contextmanager
+def _refused_with_others(
+    system: System, paths: Mapping[str, Path], descriptions: Mapping[str, Description]
+) -> Generator[None]:
+    """Tell with an FMU that cannot be loaded what others cannot, and what else is wrong with the system."""
+    from cosim.fmi2.archive import open_archive
+    from cosim.fmi2.library import find_binary
+
+    refusals = Refusals()
+    with refusals.noted():
+        yield
+    if not refusals.found:
+        return
+    for name, path in paths.items():
+        with refusals.noted(), open_archive(path) as archive:
+            find_binary(archive, descriptions[name].model_identifier)
+    with refusals.noted():
+        check_system(system, descriptions)
+    refusals.raise_all(type(refusals.found[0]))
+
+
 def _tell_flaws(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:
-    """Say once for each file what its description breaks, and that it is run nevertheless."""
+    """Say once for each file what it breaks, and that it is run nevertheless."""
     for path, name in {path: name for name, path in paths.items()}.items():
-        flaws = descriptions[name].flaws
-        if flaws:
+        known = descriptions[name]
+        for where, flaws in ((" in modelDescription.xml", known.flaws), ("", known.archive_flaws)):
             more = f"; and {len(flaws) - _MOST_FLAWS} more flaws" if len(flaws) > _MOST_FLAWS else ""
-            log.warning(
-                "%s: tolerated in modelDescription.xml: %s%s",
-                path.name,
-                "; ".join(flaws[:_MOST_FLAWS]),
-                more,
-            )
+            if flaws:
+                log.warning("%s: tolerated%s: %s%s", path.name, where, "; ".join(flaws[:_MOST_FLAWS]), more)
 
 
 def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Description]) -> None:

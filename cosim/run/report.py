@@ -126,12 +126,14 @@ class Timings(TypedDict, total=False):
 class CouplingReport:
     """Account of the coupling by the master: how it was done, and how well; None where something does not apply.
 
-    `order` is that of stepping, `connections` and `loops` are written with arrows, `steps` counts those that were kept.
+    `order` is that of stepping, `connections` and `loops` are written with arrows, `steps` counts those that were kept,
+    `conversions` tells what becomes of values by connection, where there is such.
     """
 
     algorithm: str
     order: list[str]
     connections: list[str]
+    conversions: Mapping[str, Any] | None = field(default=None, metadata=_OPTIONAL)
     loops: list[str]
     start_time: float
     stop_time: float

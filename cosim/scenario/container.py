@@ -29,6 +29,7 @@ from cosim.scenario.scenario import Scenario
 from cosim.scenario.ssp.program import as_components
 from cosim.scenario.ssp.writing import described
 from cosim.system.compatibility import check_system, read_written
+from cosim.system.conversion import conversion_of
 from cosim.system.dependency import feedthrough_loops, stepping_order
 from cosim.system.description import BASE_UNITS, Description, Unit
 from cosim.system.signals import Value
@@ -148,6 +149,8 @@ def _expose(
     """
     for connection in system.connections:
         source, target = connection.source, connection.target
+        if conversion_of(connection, descriptions) is not None:
+            raise InputError(f"a container passes values on as they are; connection {source} -> {target} converts them")
         container.add_link(inside[source.component], source.variable, inside[target.component], target.variable)
     driven = {connection.target for connection in system.connections}
     free = [

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Callable, Collection, Generator, Iterator
 from contextlib import contextmanager
@@ -132,9 +133,30 @@ def _component(name: str, content: object, where: str, folder: Path) -> Componen
 
 
 def _connection(content: object) -> Connection:
-    """Build a connection from ``{ from = ..., to = ... }``."""
-    table = TomlTable(content, "connections", ("from", "to"))
-    return Connection(table.text("from"), table.text("to"))
+    """Build a connection from ``{ from = ..., to = ... }``, and what becomes of its values on the way."""
+    table = TomlTable(content, "connections", ("from", "to", "factor", "offset", "table", "unconverted"))
+    return Connection(
+        table.text("from"),
+        table.text("to"),
+        unconverted=table.boolean("unconverted", default=False),
+        factor=table.number("factor", 1.0),
+        offset=table.number("offset", 0.0),
+        table={_key(key): _level(value, key) for key, value in table.table("table").items()},
+    )
+
+
+def _key(key: str) -> Value:
+    """Return what a key of a connection's table stands for: true, false, a whole number or the name of an item."""
+    if key in ("true", "false"):
+        return key == "true"
+    return int(key) if re.fullmatch(r"[+-]?\d+", key) else key
+
+
+def _level(value: object, key: str) -> Value:
+    """Take what a connection's table holds for a key."""
+    if isinstance(value, bool | int | str):
+        return value
+    raise ScenarioError(f"connections.table.{key} is {value!r}; expected true, false, a whole number or an item's name")
 
 
 def _power_bond(content: object) -> PowerBond:

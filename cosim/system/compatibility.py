@@ -11,7 +11,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from cosim.errors import SystemDefinitionError, suggestion
+from cosim.errors import Refusals, SystemDefinitionError, suggestion
+from cosim.system.conversion import conversion_of, unit_conversion
 from cosim.system.description import Description, Match, Variable, compare, describe
 from cosim.system.signals import Signal, Value
 from cosim.system.structure import Component, Connection, Port, System
@@ -39,20 +40,27 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
     Raises
     ------
     SystemDefinitionError
-        For the first thing that does not fit.
+        For all that does not fit.
     """
     told: set[tuple[str, str]] = set()
+    values: dict[str, dict[Variable, Value]] = {}
+    refusals = Refusals()
     for connection in system.connections:
-        _check_connection(connection, descriptions, told)
+        with refusals.noted():
+            _check_connection(connection, descriptions, told)
     for target, signal in system.inputs.items():
-        _check_signal(target, signal, _variable(target, descriptions))
-    values = {part.name: start_values(part, descriptions[part.name]) for part in system.components}
+        with refusals.noted():
+            _check_signal(target, signal, _variable(target, descriptions))
     driven: dict[Port, str] = {connection.target: connection.source for connection in system.connections}
     driven.update(dict.fromkeys(system.inputs, "a signal"))
-    for name, description in descriptions.items():
-        given = {variable.name for variable in values[name]}
-        for variable in description.with_causality("input"):
-            _check_input(Port(name, variable.name), variable, variable.name in given, driven)
+    for part in system.components:
+        with refusals.noted():
+            values[part.name] = start_values(part, descriptions[part.name])
+        given = {variable.name for variable in values.get(part.name, ())}
+        for variable in descriptions[part.name].with_causality("input"):
+            with refusals.noted():
+                _check_input(Port(part.name, variable.name), variable, variable.name in given, driven)
+    refusals.raise_all(SystemDefinitionError)
     return values
 
 
@@ -69,16 +77,21 @@ def _variable(port: Port, descriptions: Mapping[str, Description]) -> Variable:
 def _check_connection(
     connection: Connection, descriptions: Mapping[str, Description], told: set[tuple[str, str]]
 ) -> None:
-    """Refuse a connection whose ends do not exist, face the wrong way, or differ in type, items or unit."""
+    """Refuse a connection whose ends do not exist, face the wrong way, or differ in type, items or kind of unit."""
     source = _variable(connection.source, descriptions)
     target = _variable(connection.target, descriptions)
     label = f"connection {connection.source} -> {connection.target}"
     for name, variable, wanted in ((connection.source, source, "output"), (connection.target, target, "input")):
         if variable.causality != wanted:
             raise SystemDefinitionError(f"{label}: {name} has causality {variable.causality}; expected {wanted}")
-    if source.type != target.type:
+    if {source.type, target.type} == {"Integer", "Enumeration"}:
+        if not connection.table:
+            log.warning("%s: %s is given to %s; numbers are passed on", label, source.type, target.type)
+    elif source.type != target.type:
         raise SystemDefinitionError(f"{label}: {connection.source} is {source.type}; expected {target.type}")
-    _check_items(label, source.items, target.items)
+    elif not connection.table:
+        _check_items(label, source.items, target.items)
+    conversion_of(connection, descriptions)
     if not connection.unconverted:
         _check_units(label, source, target, told)
 
@@ -96,15 +109,12 @@ def _check_items(label: str, source: Mapping[str, int], target: Mapping[str, int
 
 
 def _check_units(label: str, source: Variable, target: Variable, told: set[tuple[str, str]]) -> None:
-    """Refuse units that differ; warn where it cannot be known, of two units of one name once."""
+    """Refuse units of different quantities; warn where it cannot be known, of two units of one name once."""
     match = compare(source.measured_in, target.measured_in)
     actual, expected = describe(source.measured_in), describe(target.measured_in)
-    if match is Match.DIFFERENT:
+    shifted = source.relative != target.relative and unit_conversion(source.measured_in, target.measured_in)[1] != 0.0
+    if match is Match.DIFFERENT or shifted:  # a difference of two temperatures is no temperature
         raise SystemDefinitionError(f"{label}: the source is in {actual}; expected {expected}")
-    if match is Match.SCALED:
-        raise SystemDefinitionError(
-            f"{label}: the source is in {actual}; expected {expected}; values are passed on unconverted"
-        )
     if match is Match.UNKNOWN:
         log.warning("%s: cannot tell whether %s and %s are the same unit", label, actual, expected)
     if match is Match.ASSUMED and (actual, expected) not in told:

@@ -99,8 +99,12 @@ class Description:
         One that is missing here depends on all of them (FMI 2.0, section 2.2.8).
     start_time, stop_time, step_size : float, optional
         Of the default experiment, as far as there is one [s].
+    tolerance : float, optional
+        Relative, of the default experiment: for what the FMU integrates by itself.
     flaws : tuple of str
         What the file breaks of the standard that does not keep the FMU from running.
+    archive_flaws : tuple of str
+        What the archive around it has that would keep the FMU from being unpacked on another system.
     """
 
     model_name: str
@@ -118,9 +122,11 @@ class Description:
     start_time: float | None = None
     stop_time: float | None = None
     step_size: float | None = None
+    tolerance: float | None = None
     feedthrough: Mapping[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
     initial_feedthrough: Mapping[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
     flaws: tuple[str, ...] = ()
+    archive_flaws: tuple[str, ...] = ()
 
     @cached_property
     def by_name(self) -> Mapping[str, Variable]:

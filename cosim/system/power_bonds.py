@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from cosim.errors import SystemDefinitionError, suggestion
+from cosim.system.conversion import Conversion, conversion_of
 from cosim.system.dependency import stepping_groups
 from cosim.system.description import Description, Unit, Variable, describe
 from cosim.system.structure import Connection, Port, PowerBond, System
@@ -31,6 +32,10 @@ class Bond:
         The input of the same component as `source` that `output` drives, if there is one.
     factor : float
         From the product of the values to W.
+    conversion : Conversion, optional
+        What becomes of the value of `source` on its way to `input`.
+    given_factor : float, optional
+        From the product of the values of `source` and `back` to W, where it is another.
     """
 
     input: Port
@@ -38,6 +43,8 @@ class Bond:
     source: Port
     back: Port | None
     factor: float
+    conversion: Conversion | None = None
+    given_factor: float | None = None
 
 
 def find_bonds(system: System, descriptions: Mapping[str, Description]) -> tuple[Bond, ...]:
@@ -87,7 +94,7 @@ def _told(
     chosen = pairs or (through if coupled else [])
     if len(chosen) != 1:
         return None
-    return Bond(target, chosen[0], source, _back(chosen[0], giver, system), outputs[chosen[0]])
+    return _bond(connection, chosen[0], outputs[chosen[0]], system, descriptions)
 
 
 def _named(bond: PowerBond, system: System, descriptions: Mapping[str, Description]) -> Bond:
@@ -98,8 +105,8 @@ def _named(bond: PowerBond, system: System, descriptions: Mapping[str, Descripti
         known = [Port(component, variable.name) for variable in description.with_causality(causality)]
         if name not in known:
             raise SystemDefinitionError(f"power bond: {name} is no {causality}{suggestion(name, known)}")
-    source = next((one.source for one in system.connections if one.target == bond.input), None)
-    if source is None:
+    connection = next((one for one in system.connections if one.target == bond.input), None)
+    if connection is None:
         raise SystemDefinitionError(f"power bond: {bond.input} is not connected; expected an input with a source")
     first, second = (description.by_name[port.variable] for port in (bond.input, bond.output))
     factor = _watts(first, second)
@@ -108,7 +115,25 @@ def _named(bond: PowerBond, system: System, descriptions: Mapping[str, Descripti
             f"power bond: {bond.input} in {describe(first.unit)} times {bond.output} in {describe(second.unit)} "
             "is no power"
         )
-    return Bond(bond.input, bond.output, source, _back(bond.output, source.component, system), factor)
+    return _bond(connection, bond.output, factor, system, descriptions)
+
+
+def _bond(
+    connection: Connection, output: Port, factor: float, system: System, descriptions: Mapping[str, Description]
+) -> Bond:
+    """Make a bond of the connection that leads to its input, with what becomes of its values on both ways.
+
+    Where values are converted, the component that gives the power counts it in units of its own; where these are not
+    known to make a power, they are taken for those of the component that takes it.
+    """
+    source = connection.source
+    back = _back(output, source.component, system)
+    ways = [each for each in system.connections if each.target in (connection.target, back)]
+    given_factor: float | None = None
+    if back is not None and any(conversion_of(way, descriptions) is not None for way in ways):
+        ends = (descriptions[port.component].by_name[port.variable] for port in (source, back))
+        given_factor = _watts(*ends)
+    return Bond(connection.target, output, source, back, factor, conversion_of(connection, descriptions), given_factor)
 
 
 def _back(output: Port, giver: str, system: System) -> Port | None:

@@ -5,11 +5,12 @@ Nothing here opens an FMU. Names are checked against the FMUs' model description
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Never
+from typing import Any, Never
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.signals import Constant, Signal, Value, plain_value
@@ -110,22 +111,49 @@ class Connection:
     source, target : str or Port
         Output and input, each as ``component.variable``.
     unconverted : bool
-        Pass values on as they are, whatever the units of the ends are.
+        Convert no units: pass values on as they are, but for what follows.
+    factor, offset : float
+        The input gets factor times the value plus offset; both in its unit. For Real variables.
+    table : mapping, optional
+        What the input gets for what the output gives; what is not listed stays as it is. For Boolean, Integer and
+        Enumeration variables, whose items may be given by name.
 
     Raises
     ------
     SystemDefinitionError
-        If one is not written so.
+        If an end is not written so, or factor, offset or table make no sense.
     """
 
     source: Port
     target: Port
     unconverted: bool
+    factor: float
+    offset: float
+    table: tuple[tuple[Value, Value], ...]
 
-    def __init__(self, source: str, target: str, *, unconverted: bool = False) -> None:
+    def __init__(
+        self,
+        source: str,
+        target: str,
+        *,
+        unconverted: bool = False,
+        factor: float = 1.0,
+        offset: float = 0.0,
+        table: Mapping[Any, Value] | None = None,
+    ) -> None:
         object.__setattr__(self, "source", Port.parse(source))
         object.__setattr__(self, "target", Port.parse(target))
         object.__setattr__(self, "unconverted", unconverted)
+        label = f"connection {source} -> {target}"
+        for name, number in (("factor", factor), ("offset", offset)):
+            plain = plain_value(number)
+            if isinstance(plain, bool | str) or not math.isfinite(plain):
+                raise SystemDefinitionError(f"{label}: {name} is {number!r}; expected a finite number")
+            object.__setattr__(self, name, float(plain))
+        pairs = tuple((plain_value(given), plain_value(taken)) for given, taken in (table or {}).items())
+        object.__setattr__(self, "table", pairs)
+        if pairs and (self.factor, self.offset) != (1.0, 0.0):
+            raise SystemDefinitionError(f"{label} has a table, and a factor or offset as well; expected one of them")
 
 
 @dataclass(frozen=True, init=False)

@@ -54,7 +54,7 @@ def check_start_values(bench: Bench) -> Outcome:
     with bench.instance() as instance:
         if instance.component is None:
             return failed(f"no instance: {instance.reason}", "as declared")
-        instance.must("SetupExperiment", 0, 0.0, bench.plan.start, 0, 0.0)
+        instance.set_up(bench.plan.start)
         instance.must("EnterInitializationMode")
         for variable in known:
             value, declared = instance.get(variable), variable.start_value
@@ -127,9 +127,9 @@ def check_ends(bench: Bench) -> Outcome:
     """Free, terminate and reset in every legal order."""
     few = min(_FEW, bench.plan.steps)
     with bench.instance() as instance:
-        instance.must("SetupExperiment", 0, 0.0, bench.plan.start, 0, 0.0)
+        instance.set_up(bench.plan.start)
     with bench.instance() as instance:
-        instance.must("SetupExperiment", 0, 0.0, bench.plan.start, 0, 0.0)
+        instance.set_up(bench.plan.start)
         instance.must("EnterInitializationMode")
     with bench.started() as instance:
         bench.exercise.run(instance, end=few)

@@ -123,7 +123,7 @@ def _partial(bench: Bench, output: Variable, variable: Variable) -> tuple[float,
     start = float(variable.start or 0.0)
     nudge = _NUDGE * max(abs(start), 1.0)
     with bench.instance() as instance:
-        instance.must("SetupExperiment", 0, 0.0, bench.plan.start, 0, 0.0)
+        instance.set_up(bench.plan.start)
         instance.must("EnterInitializationMode")
         status, given = instance.directional_derivative(output, variable)
         instance.judge("GetDirectionalDerivative", status)

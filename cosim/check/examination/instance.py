@@ -194,6 +194,11 @@ class Instance:
         if status not in ACCEPTED:
             raise CallError(function, status, self.time, self.reason)
 
+    def set_up(self, start: float) -> None:
+        """Set up the experiment from a time [s] on, with the tolerance of the FMU's default experiment, as in a run."""
+        tolerance = self._library.description.tolerance
+        self.must("SetupExperiment", int(tolerance is not None), tolerance or 0.0, start, 0, 0.0)
+
     def initialise(self, start: float = 0.0, prepare: Callable[[], None] | None = None) -> None:
         """Go from instantiated to the first communication point [s]; CallError if that fails.
 
@@ -202,7 +207,7 @@ class Instance:
         if self.component is None:
             raise CallError("Instantiate", ERROR, start, self.reason or "no instance was returned")
         self.time = start
-        self.must("SetupExperiment", 0, 0.0, start, 0, 0.0)
+        self.set_up(start)
         if prepare is not None:
             prepare()
         self.must("EnterInitializationMode")

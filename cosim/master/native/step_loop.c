@@ -24,6 +24,15 @@ typedef struct {
     size_t lag;  /* rows */
 } step_link;
 
+/* one number that a connection brings in another form: times a factor, plus an offset, or by a table of integers */
+typedef struct {
+    step_link link;
+    double factor;
+    double offset;
+    const int *table; /* pairs of what is given and what is taken for it; NULL: factor and offset, of doubles */
+    size_t pairs;
+} step_conversion;
+
 /* a getter or setter of FMI 2.0 (section 2.1.7) and the values it exchanges */
 typedef struct {
     int (*call)(void *component, const unsigned references[], size_t count, void *values);
@@ -48,6 +57,8 @@ typedef struct {
     int (*do_step)(void *component, double time, double size, int no_set_state_prior);
     const step_link *links;
     size_t link_count;
+    const step_conversion *conversions;
+    size_t conversion_count;
     const step_exchange *writes;
     size_t write_count;
     const step_exchange *reads;
@@ -67,12 +78,38 @@ typedef struct {
     int status;   /* fmi2Status */
 } step_failure;
 
+static void convert(const step_conversion *conversion, size_t row)
+{
+    const step_link *const link = &conversion->link;
+    const char *const source = link->source + (row - link->lag) * link->source_stride;
+    char *const target = link->target + row * link->target_stride;
+    if (conversion->table == NULL) {
+        double value;
+        memcpy(&value, source, sizeof value);
+        value = conversion->factor * value + conversion->offset;
+        memcpy(target, &value, sizeof value);
+        return;
+    }
+    int value;
+    memcpy(&value, source, sizeof value);
+    for (size_t i = 0; i < conversion->pairs; ++i) {
+        if (conversion->table[2 * i] == value) {
+            value = conversion->table[2 * i + 1];
+            break;
+        }
+    }
+    memcpy(target, &value, sizeof value);
+}
+
 static void gather(const step_node *node, size_t row)
 {
     for (size_t i = 0; i < node->link_count; ++i) {
         const step_link *const link = &node->links[i];
         memcpy(link->target + row * link->target_stride, link->source + (row - link->lag) * link->source_stride,
                link->size);
+    }
+    for (size_t i = 0; i < node->conversion_count; ++i) {
+        convert(&node->conversions[i], row);
     }
 }
 

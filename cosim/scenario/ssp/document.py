@@ -6,6 +6,7 @@ Names and media types are those of the SSP 1.0 standard, and of the annotations 
 from __future__ import annotations
 
 import logging
+import os
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Generator
@@ -172,13 +173,15 @@ class SspFolder:
         return self._numbers.setdefault(name, len(self._numbers))
 
     def member(self, source: str, what: str) -> str:
-        """Return the name of the file that a URI of the description means; SspError if it leads out."""
-        return _member(self.path, source, what)
+        """Return the name of the file that a URI of the description means, which may lie above its folder."""
+        return _member(self.path, source, what, above=True)
 
     def _file(self, name: str) -> Path:
-        folder = self.path.parent.resolve()
-        file = (folder / name).resolve()
-        if not file.is_relative_to(folder):
+        """Return the file of a name; it may lead up by itself, as what repositories share does, but by no link."""
+        parts = os.path.normpath(name).split(os.sep)
+        top = self.path.parent.resolve().joinpath(*(part for part in parts if part == "..")).resolve()
+        file = (self.path.parent.resolve() / name).resolve()
+        if not file.is_relative_to(top):
             raise SspError(f"{self.path}: {name} leads out of the folder of the description")
         return file
 
@@ -187,13 +190,26 @@ SspSource = SspArchive | SspFolder
 """The source of a description and of what it names."""
 
 
-def _member(path: Path, source: str, what: str) -> str:
-    """Return the name that a URI of a description means within its archive or folder."""
+_PROXY = re.compile(r"proxy-?fmu://localhost\?file=(?P<file>[^&]+)")
+
+
+def without_proxy(source: str) -> tuple[str, bool]:
+    """Return the source of a component, and whether it is to be run in a process of its own.
+
+    The latter is what the proxy of the Open Simulation Platform does on this machine: ``proxyfmu://localhost?file=...``.
+    """
+    match = _PROXY.fullmatch(source)
+    return (match["file"], True) if match else (source, False)
+
+
+def _member(path: Path, source: str, what: str, *, above: bool = False) -> str:
+    """Return the name that a URI of a description means within its archive, or from its folder on."""
     parts = urlsplit(source)
     name = PurePosixPath(unquote(parts.path))
-    outside = name.is_absolute() or ".." in name.parts or "\\" in str(name)
+    outside = name.is_absolute() or "\\" in str(name) or (".." in name.parts and not above)
     if parts.scheme or parts.netloc or parts.query or parts.fragment or outside or not name.parts:
-        raise SspError(f"{path}: the source of {what} is '{source}'; expected a path within the archive")
+        expected = "a path from the folder of the description on" if above else "a path within the archive"
+        raise SspError(f"{path}: the source of {what} is '{source}'; expected {expected}")
     return str(name)
 
 

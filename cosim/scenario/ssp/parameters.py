@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element, SubElement
 
@@ -38,10 +38,14 @@ log = logging.getLogger("cosim")
 
 @dataclass(frozen=True)
 class Given:
-    """A value as a parameter set gives it; `unit` is what the set says it is in, if it does."""
+    """A value as a parameter set gives it; `unit` is what the set says it is in, if it does.
+
+    Where the set contradicts itself, `fault` says so, to be told if anything takes the value.
+    """
 
     value: Value
     unit: Unit | None = None
+    fault: str = ""
 
     def for_variable(self, label: str, variable: Variable, told: set[str] | None = None) -> Value:
         """Return the value in the unit of a variable, by the rule of `cosim.system.description.compare`.
@@ -58,8 +62,10 @@ class Given:
         Raises
         ------
         SspError
-            If the units cannot be converted into each other.
+            If the units cannot be converted into each other, or the value is not known for certain.
         """
+        if self.fault:
+            raise SspError(self.fault)
         source, target = self.unit, variable.measured_in
         if source is None or isinstance(self.value, bool | str):
             return self.value
@@ -112,15 +118,16 @@ def read_parameter_set(root: Element, where: str) -> dict[str, Given]:
     Raises
     ------
     SspError
-        If a value is binary, or a name is given twice.
+        If a value is binary. A name that is given twice is refused where a variable takes its value.
     """
     units = read_units(root.find(ssv("Units")))
     values: dict[str, Given] = {}
     for parameter in root.iterfind(f"{ssv('Parameters')}/{ssv('Parameter')}"):
         name = str(parameter.get("name"))
-        if name in values:
-            raise SspError(f"{where}: {name} is given twice; expected once")
-        values[name] = _given(parameter[0], units, f"{where}: {name}")
+        given = _given(parameter[0], units, f"{where}: {name}")
+        values[name] = (
+            given if name not in values else replace(given, fault=f"{where}: {name} is given twice; expected once")
+        )
     return values
 
 
@@ -136,7 +143,7 @@ def _given(element: Element, units: Mapping[str, Unit], where: str) -> Given:
     match plain_name(element.tag):
         case "Real":
             unit = element.get("unit")
-            return Given(float(text), units.get(unit, Unit(unit)) if unit is not None else None)
+            return Given(float(text), units.get(unit, Unit(unit.strip("[] "))) if unit is not None else None)
         case "Integer":
             return Given(int(text))
         case "Boolean":
@@ -272,18 +279,28 @@ def _mapping(archive: SspSource, element: Element, label: str) -> Element:
 
 
 def _mapped(values: Mapping[str, Given], mapping: Element, label: str) -> dict[str, Given]:
-    """Apply a parameter mapping (SSP 1.0, chapter 8): by its entries alone values are given, under their targets."""
+    """Apply a parameter mapping (SSP 1.0, chapter 8): by its entries alone values are given, under their targets.
+
+    Entries for names that the parameter set does not hold give nothing, with one warning: tools write mappings for more
+    than one set, and leave gaps.
+    """
     mapped: dict[str, Given] = {}
+    missing: list[str] = []
     for entry in mapping.iterfind(ssm("MappingEntry")):
         source, target = str(entry.get("source")), str(entry.get("target"))
         if source not in values:
-            raise SspError(f"{label} maps {source}, which its parameter set does not hold{suggestion(source, values)}")
+            missing.append(source)
+            continue
         given = values[source]
         for child in entry:
             if plain_name(child.tag) != "Annotations":
-                given = Given(_transformed(given.value, child, f"{label}: {source}"), given.unit)
+                given = replace(given, value=_transformed(given.value, child, f"{label}: {source}"))
         kept = entry.get("suppressUnitConversion") in ("true", "1")
-        mapped[target] = Given(given.value) if kept else given
+        mapped[target] = replace(given, unit=None) if kept else given
+    if missing:
+        first = f"'{missing[0]}'" + (f" and {len(missing) - 1} more" if len(missing) > 1 else "")
+        hint = suggestion(missing[0], values)
+        log.warning("%s maps %s, which its parameter set does not hold; they give nothing%s", label, first, hint)
     return mapped
 
 
@@ -298,7 +315,7 @@ def _transformed(value: Value, transformation: Element, label: str) -> Value:
     for entry in transformation:
         if read(str(entry.get("source"))) == value:
             return read(str(entry.get("target")))
-    raise SspError(f"{label} is {value!r}, which its {kind} does not map")
+    return value  # what a table does not list stays as it is (SSP 2.0, section 4.5.5)
 
 
 def _boolean(text: str) -> bool:

@@ -1,13 +1,13 @@
-"""Read an .ssp file as a scenario; what is not supported is refused by name.
+"""Read an .ssp file as a scenario; what is not supported is refused by name, all of it at once.
 
 Supported are components that are FMUs within the archive, in systems nested to any depth, connections between them and
-through connectors of systems and signal dictionaries, and parameter bindings, inline or external, with mappings, on
-components and systems. Transformations on connections are not, and units are not converted on them.
+through connectors of systems and signal dictionaries, with units and transformations, and parameter bindings, inline or
+external, with mappings, on components and systems.
 """
 
 from __future__ import annotations
 
-import logging
+import math
 import re
 import tempfile
 from collections.abc import Generator, Mapping, Sequence
@@ -16,22 +16,19 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element
 
-from cosim.errors import InputError, SspError, suggestion
+from cosim.errors import InputError, Refusals, SspError
+from cosim.fmi2.archive import open_archive
+from cosim.fmi2.library import find_binary
 from cosim.fmi2.model_description import read_description
 from cosim.scenario.scenario import Scenario
-from cosim.scenario.ssp.annotation import read_remarks, stands_for_signals
-from cosim.scenario.ssp.document import (
-    SspSource,
-    open_source,
-    read_document,
-    ssc,
-    ssd,
-)
+from cosim.scenario.ssp.annotation import Remarks, read_remarks, stands_for_signals
+from cosim.scenario.ssp.connections import Way, Wiring
+from cosim.scenario.ssp.document import SspSource, open_source, read_document, ssd, without_proxy
 from cosim.scenario.ssp.parameters import Given, component_values, read_bindings, read_units
 from cosim.scenario.ssp.program import as_signals
 from cosim.scenario.ssp.topology import Topology, read_topology
-from cosim.system.description import Description, Match, Unit, compare, describe
-from cosim.system.structure import Component, Connection, Port, System
+from cosim.system.description import Description
+from cosim.system.structure import Component, Connection, System
 
 _FILE_NAME = re.compile(r"[^/\\:\0-\x1f]+\.fmu")
 
@@ -63,71 +60,172 @@ def open_ssp(
     """
     path = Path(path)
     with tempfile.TemporaryDirectory(prefix="cosim-ssp-") as folder:
-        with open_source(path) as archive:
+        members: dict[str, str] = {}
+        with _told_by_member(members):
+            with open_source(path) as archive:
+                scenario = _Reading(archive, Path(folder), members).scenario(stop_time, step_size)
+            yield scenario
+
+
+@contextmanager
+def _told_by_member(members: Mapping[str, str]) -> Generator[None]:
+    """Let refusals name FMUs as the archive does, and not by where they have been unpacked.
+
+    `members` leads from the latter to the former, and may grow within the block.
+    """
+    try:
+        yield
+    except InputError as error:
+        sentence = str(error)
+        for place, member in members.items():
+            sentence = sentence.replace(place, member)
+        if sentence == str(error):
+            raise
+        raise type(error)(sentence) from error
+
+
+class _Reading:
+    """Read a description and all it needs, noting what is wrong on the way.
+
+    Parameters
+    ----------
+    archive : SspSource
+        Where it lies.
+    folder : Path
+        For FMUs.
+    members : dict of str to str
+        Takes what FMUs are called in the archive, by where they are unpacked.
+    """
+
+    def __init__(self, archive: SspSource, folder: Path, members: dict[str, str]) -> None:
+        structure = archive.structure
+        self._archive, self._folder, self._members = archive, folder, members
+        self._where = structure if structure == archive.path.name else f"{archive.path.name}: {structure}"
+        self._refusals = Refusals()
+        self._fmus: dict[str, Path] = {}
+        self._descriptions: dict[str, Description] = {}
+
+    def scenario(self, stop_time: float | None, step_size: float | None) -> Scenario:
+        """Return what the description says, or raise all that stops it."""
+        root = read_document(
+            self._archive.read(self._archive.structure), self._where, ssd("SystemStructureDescription")
+        )
+        remarks = Remarks(step_size=math.nan)  # what stands if they cannot be read
+        with self._noted():
+            remarks = read_remarks(root, self._where)
+        start, stop, size = self._times(root, stop_time, step_size if step_size is not None else remarks.step_size)
+        (whole,) = root.iterfind(ssd("System"))
+        topology = read_topology(whole, self._where, self._refusals)
+        components, connections = self._parts(root, whole, topology)
+        self._raise_all()
+        marked = [name for name, element in topology.components.items() if stands_for_signals(element)]
+        with self._noted():
+            system = System(components, connections)
+            system = as_signals(system, {name: self._descriptions[name] for name in marked})
+            return Scenario(
+                name=remarks.name or self._archive.path.stem,
+                system=replace(system, guards=remarks.guards, power_bonds=remarks.power_bonds),
+                stop_time=stop,
+                step_size=size,
+                start_time=start,
+                method=remarks.method,
+                title=remarks.title or root.get("description", ""),
+                description=remarks.description,
+                signals=remarks.signals,
+            )
+        raise self._refusals.found[0]
+
+    def _times(self, root: Element, stop_time: float | None, step_size: float | None) -> tuple[float, float, float]:
+        """Return start time, stop time and step size [s]; what nobody gives is noted, with what would."""
+        experiment = root.find(ssd("DefaultExperiment"))
+        start, stop = (experiment.get(name) if experiment is not None else None for name in ("startTime", "stopTime"))
+        if stop_time is None and stop is None:
+            self._refuse(
+                f"{self._where} has no DefaultExperiment with a stopTime; expected one from --stop-time, or stop_time "
+                "in Python"
+            )
+        if step_size is None:
+            self._refuse(
+                f"{self._where}: SSP has no communication step size; expected one from --step-size, or step_size in "
+                "Python"
+            )
+        end = stop_time if stop_time is not None else float(stop or "nan")
+        return float(start or 0.0), end, math.nan if step_size is None else step_size
+
+    def _parts(
+        self, root: Element, whole: Element, topology: Topology
+    ) -> tuple[tuple[Component, ...], tuple[Connection, ...]]:
+        """Read components and connections."""
+        for name, element in topology.components.items():
+            with self._noted():
+                self._fmus[name] = self._unpack(name, element)
+                self._descriptions[name] = read_description(self._fmus[name])
+        units = read_units(root.find(ssd("Units")))
+        wiring = Wiring(topology, self._descriptions, units, self._refusals)
+        connections, from_outside = wiring.read()
+        driven = [connection.target for connection in connections]
+        bindings = {id(system): self._bindings(system) for system in whole.iter(ssd("System"))}
+        components: list[Component] = []
+        for name, description in self._descriptions.items():
+            bound = self._bindings(topology.components[name])
+            inherited = _inherited(topology.enclosing[name], bindings)
+            inherited |= {
+                port.variable: _arrived(given, way)
+                for port, (connector, way) in from_outside.items()
+                if port.component == name and (given := bindings[id(whole)].get(connector)) is not None
+            }
+            with self._noted():
+                values = component_values(name, description, bound, inherited, driven)
+                _, isolate = without_proxy(str(topology.components[name].get("source")))
+                components.append(Component(name, self._fmus[name], values, isolate))
+        return tuple(components), connections
+
+    def _bindings(self, element: Element) -> dict[str, Given]:
+        """Read the parameter bindings of a component or system; none if something is wrong with them."""
+        with self._noted():
+            return read_bindings(self._archive, element, self._where)
+        return {}
+
+    def _unpack(self, label: str, component: Element) -> Path:
+        """Put the FMU of a component into a folder, once for all components that share it."""
+        source, _ = without_proxy(str(component.get("source")))
+        name = self._archive.member(source, f"component {label}")
+        file = PurePosixPath(name).name
+        if not _FILE_NAME.fullmatch(file):
+            raise SspError(f"{self._where}: component {label} is the file {name}; expected one that ends in .fmu")
+        # a folder for each member, since two in different folders may have one name; its number, since names can be
+        # hostile
+        place = self._folder / str(self._archive.number(name))
+        if not (place / file).exists():
+            place.mkdir(exist_ok=True)
+            self._archive.copy(name, place / file)
+            self._members[str(place / file)] = f"{self._archive.path.name}: {name}"
+        return place / file
+
+    @contextmanager
+    def _noted(self) -> Generator[None]:
+        """Note what the block refuses, with the name of the file before it."""
+        with self._refusals.noted():
             try:
-                scenario = _scenario(archive, Path(folder), stop_time, step_size)
+                yield
             except SspError:
                 raise
             except InputError as error:
-                raise type(error)(f"{path.name}: {error}") from error
-        yield scenario
+                if any(place in str(error) for place in self._members):  # which becomes a member of the file
+                    raise
+                raise type(error)(f"{self._archive.path.name}: {error}") from error
 
+    def _refuse(self, sentence: str) -> None:
+        with self._refusals.noted():
+            raise SspError(sentence)
 
-def _scenario(archive: SspSource, folder: Path, stop_time: float | None, step_size: float | None) -> Scenario:
-    """Read a description and all it needs."""
-    structure = archive.structure
-    where = structure if structure == archive.path.name else f"{archive.path.name}: {structure}"
-    root = read_document(archive.read(structure), where, ssd("SystemStructureDescription"))
-    remarks = read_remarks(root, where)
-    experiment = root.find(ssd("DefaultExperiment"))
-    start, stop = (experiment.get(name) if experiment is not None else None for name in ("startTime", "stopTime"))
-    stop_time = stop_time if stop_time is not None or stop is None else float(stop)
-    step_size = step_size if step_size is not None else remarks.step_size
-    if stop_time is None:
-        raise SspError(
-            f"{where} has no DefaultExperiment with a stopTime; expected one from --stop-time, or stop_time in Python"
-        )
-    if step_size is None:
-        raise SspError(
-            f"{where}: SSP has no communication step size; expected one from --step-size, or step_size in Python"
-        )
-    return Scenario(
-        name=remarks.name or archive.path.stem,
-        system=replace(_system(archive, root, folder, where), guards=remarks.guards, power_bonds=remarks.power_bonds),
-        stop_time=stop_time,
-        step_size=step_size,
-        start_time=float(start) if start is not None else 0.0,
-        method=remarks.method,
-        title=remarks.title or root.get("description", ""),
-        description=remarks.description,
-        signals=remarks.signals,
-    )
-
-
-def _system(archive: SspSource, root: Element, folder: Path, where: str) -> System:
-    """Read components and connections."""
-    (whole,) = root.iterfind(ssd("System"))
-    topology = read_topology(whole, where)
-    fmus = {name: _unpack(archive, name, element, folder, where) for name, element in topology.components.items()}
-    descriptions = {name: read_description(fmu) for name, fmu in fmus.items()}
-    units = read_units(root.find(ssd("Units")))
-    connections, from_outside = _connections(topology, descriptions, units)
-    driven = [connection.target for connection in connections]
-    bindings = {id(system): read_bindings(archive, system, where) for system in whole.iter(ssd("System"))}
-    components: list[Component] = []
-    for name, element in topology.components.items():
-        bound = read_bindings(archive, element, where)
-        inherited = _inherited(topology.enclosing[name], bindings)
-        inherited |= {
-            port.variable: given
-            for port, connector in from_outside.items()
-            if port.component == name and (given := bindings[id(whole)].get(connector)) is not None
-        }
-        values = component_values(name, descriptions[name], bound, inherited, driven)
-        components.append(Component(name, fmus[name], values))
-    system = System(tuple(components), connections)
-    marked = [name for name, element in topology.components.items() if stands_for_signals(element)]
-    return as_signals(system, {name: descriptions[name] for name in marked})
+    def _raise_all(self) -> None:
+        """Raise what was noted, if anything was, and which FMUs could not be run here anyway."""
+        if self._refusals.found:
+            for name, description in self._descriptions.items():
+                with self._refusals.noted(), open_archive(self._fmus[name]) as fmu:
+                    find_binary(fmu, description.model_identifier)
+        self._refusals.raise_all(SspError)
 
 
 def _inherited(
@@ -142,89 +240,6 @@ def _inherited(
     return values
 
 
-def _unpack(archive: SspSource, label: str, component: Element, folder: Path, where: str) -> Path:
-    """Put the FMU of a component into a folder, once for all components that share it."""
-    name = archive.member(str(component.get("source")), f"component {label}")
-    file = PurePosixPath(name).name
-    if not _FILE_NAME.fullmatch(file):
-        raise SspError(f"{where}: component {label} is the file {name}; expected one that ends in .fmu")
-    # a folder for each member, since two in different folders may have one name; its number, since names can be hostile
-    place = folder / str(archive.number(name))
-    if not (place / file).exists():
-        place.mkdir()
-        archive.copy(name, place / file)
-    return place / file
-
-
-log = logging.getLogger("cosim")
-
-_CLASHES = (Match.DIFFERENT, Match.SCALED)
-
-
-def _connections(
-    topology: Topology, descriptions: Mapping[str, Description], units: Mapping[str, Unit]
-) -> tuple[tuple[Connection, ...], dict[Port, str]]:
-    """Return the connections between components, and the inputs that connectors of the whole system lead to.
-
-    Raises
-    ------
-    SspError
-        If a connector is of no variable, or its value would have to be converted.
-    """
-    connections: list[Connection] = []
-    from_outside: dict[Port, str] = {}
-    for sink in topology.drivers:
-        if sink.kind != "component":
-            continue
-        source, way = topology.source_of(sink)
-        target = Port(sink.owner, sink.name)
-        _check_connector(topology, target, descriptions, units)
-        if source.kind == "system" and not source.owner:
-            from_outside[target] = source.name
-        if source.kind != "component":
-            continue
-        origin = Port(source.owner, source.name)
-        _check_connector(topology, origin, descriptions, units)
-        given, wanted = (_unit_of(topology, port, descriptions, units) for port in (origin, target))
-        unconverted = all(element.get("suppressUnitConversion") in ("true", "1") for element in way)
-        if compare(given, wanted) in _CLASHES and not unconverted:
-            raise SspError(
-                f"{topology.where}: connection {origin} -> {target} leads from {describe(given)} to "
-                f"{describe(wanted)}; conversion of units is not supported"
-            )
-        connections.append(Connection(origin, target, unconverted=unconverted))
-    return tuple(connections), from_outside
-
-
-def _check_connector(
-    topology: Topology, port: Port, descriptions: Mapping[str, Description], units: Mapping[str, Unit]
-) -> None:
-    """Refuse a connector of no variable, or of one in another unit."""
-    label, description = f"{topology.where}: connector {port}", descriptions[port.component]
-    if port.variable not in description.by_name:
-        hint = suggestion(port.variable, description.by_name)
-        raise SspError(f"{label}: {description.model_name} has no variable of that name{hint}")
-    own = description.by_name[port.variable].measured_in
-    unit = _unit_of(topology, port, descriptions, units)
-    match = Match.SAME if own is None or unit is None else compare(unit, own)
-    if match in _CLASHES:
-        raise SspError(
-            f"{label} is in {describe(unit)}, the FMU's variable in {describe(own)}; "
-            "conversion of units is not supported"
-        )
-    if match is not Match.SAME:
-        log.warning("%s is in %s, the FMU's variable in %s; taken for the same", label, describe(unit), describe(own))
-
-
-def _unit_of(
-    topology: Topology, port: Port, descriptions: Mapping[str, Description], units: Mapping[str, Unit]
-) -> Unit | None:
-    """Return the unit of a connector: its own or, if it has none, that of the FMU's variable."""
-    variable = descriptions[port.component].by_name[port.variable]
-    for element in topology.components[port.component].iterfind(f"{ssd('Connectors')}/{ssd('Connector')}"):
-        kind = element.find(ssc("Real"))
-        given = kind.get("unit") if kind is not None else None
-        if element.get("name") == port.variable and given is not None:
-            unit = units.get(given, Unit(given))
-            return unit.of_differences if variable.relative else unit
-    return variable.measured_in
+def _arrived(given: Given, way: Way) -> Given:
+    """Return a value that is bound to a connector of the whole system as it comes to an input."""
+    return given if way.is_plain else replace(given, value=way.of(given.value), unit=None)

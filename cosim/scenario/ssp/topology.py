@@ -13,10 +13,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
-from cosim.errors import SspError, suggestion
+from cosim.errors import Refusals, SspError, suggestion
 from cosim.scenario.ssp.document import FMU_TYPE, plain_name, ssd
 
-_KEPT = ("ConnectionGeometry", "Annotations")
 _SOURCES = ("output", "calculatedParameter")
 
 
@@ -61,6 +60,8 @@ class Topology:
         dots.
     drivers : dict of Node to Link
         What drives each place that something drives.
+    connectors : dict of Node to Element
+        ssd:Connector, of components and systems.
     """
 
     where: str
@@ -69,8 +70,9 @@ class Topology:
         default_factory=dict[str, tuple[tuple[str, Element], ...]]
     )
     drivers: dict[Node, Link] = field(default_factory=dict[Node, Link])
+    connectors: dict[Node, Element] = field(default_factory=dict[Node, Element])
 
-    def source_of(self, node: Node) -> tuple[Node, tuple[Element, ...]]:
+    def source_of(self, node: Node) -> tuple[Node, tuple[Link, ...]]:
         """Follow a place back to where its value comes from, and return that with the connections on the way.
 
         Raises
@@ -78,11 +80,11 @@ class Topology:
         SspError
             If the way leads back to where it has been.
         """
-        way: list[Element] = []
+        way: list[Link] = []
         seen = {node}
         while node in self.drivers:
             link = self.drivers[node]
-            way.append(link.element)
+            way.append(link)
             node = link.source
             if node in seen:
                 raise SspError(f"{self.where}: connections lead from {node} back to it through connectors of systems")
@@ -92,8 +94,11 @@ class Topology:
         return node, tuple(way)
 
 
-def read_topology(whole: Element, where: str) -> Topology:
+def read_topology(whole: Element, where: str, refusals: Refusals) -> Topology:
     """Read a system and what is nested in it.
+
+    What is wrong is noted: an element that cannot be run, a name given twice, an end of a connection that does not
+    exist or does not fit.
 
     Parameters
     ----------
@@ -101,15 +106,11 @@ def read_topology(whole: Element, where: str) -> Topology:
         ssd:System.
     where : str
         File it is from, for messages.
-
-    Raises
-    ------
-    SspError
-        If an element is none that can be run, a name is given twice, or a connection's end does not exist or does not
-        fit.
+    refusals : Refusals
+        Takes what is wrong.
     """
     topology = Topology(where)
-    _System(topology, whole, (), ()).read()
+    _System(topology, refusals, whole, (), ()).read()
     return topology
 
 
@@ -120,6 +121,8 @@ class _System:
     ----------
     topology : Topology
         Where it is read into.
+    refusals : Refusals
+        Takes what is wrong.
     element : Element
         ssd:System.
     path : tuple of str
@@ -129,9 +132,14 @@ class _System:
     """
 
     def __init__(
-        self, topology: Topology, element: Element, path: tuple[str, ...], around: tuple[_System, ...]
+        self,
+        topology: Topology,
+        refusals: Refusals,
+        element: Element,
+        path: tuple[str, ...],
+        around: tuple[_System, ...],
     ) -> None:
-        self.element, self.path = element, path
+        self.element, self.path, self._refusals = element, path, refusals
         self._topology, self._around = topology, around
         self._where = topology.where
         self.dictionaries = {
@@ -139,13 +147,16 @@ class _System:
         }
         self._elements: dict[str, Element] = {}
         self.connectors = _connectors(element)
+        self._keep_connectors("system", "/".join(path), element)
 
     def read(self) -> None:
         """Read elements, then connections."""
         for element in self.element.iterfind(f"{ssd('Elements')}/*"):
-            self._read_element(element)
+            with self._refusals.noted():
+                self._read_element(element)
         for connection in self.element.iterfind(f"{ssd('Connections')}/{ssd('Connection')}"):
-            self._read_connection(connection)
+            with self._refusals.noted():
+                self._read_connection(connection)
 
     def _read_element(self, element: Element) -> None:
         name, kind = str(element.get("name")), plain_name(element.tag)
@@ -155,7 +166,7 @@ class _System:
             raise SspError(f"{self._where}: two components are called {self._flat(name)}; expected each name once")
         self._elements[name] = element
         if kind == "System":
-            _System(self._topology, element, (*self.path, name), (*self._around, self)).read()
+            _System(self._topology, self._refusals, element, (*self.path, name), (*self._around, self)).read()
         elif kind == "Component":
             self._read_component(name, element)
         elif kind != "SignalDictionaryReference":
@@ -168,6 +179,7 @@ class _System:
         if element.get("implementation") == "ModelExchange":
             raise SspError(f"{self._where}: component {flat} is to be used by model exchange; expected co-simulation")
         self._topology.components[flat] = element
+        self._keep_connectors("component", flat, element)
         inside_out = (self, *reversed(self._around))
         self._topology.enclosing[flat] = tuple(
             (".".join((*self.path[len(system.path) :], name)), system.element) for system in inside_out
@@ -176,9 +188,6 @@ class _System:
     def _read_connection(self, element: Element) -> None:
         start, end = self._end(element, "start"), self._end(element, "end")
         label = f"{self._where}: connection {start.node} -> {end.node}"
-        for child in element:
-            if plain_name(child.tag) not in _KEPT:
-                raise SspError(f"{label} has a {plain_name(child.tag)}, which is not supported")
         first = (not end.source if end.source is not None else True) if start.source is None else start.source
         second = not first if end.source is None else end.source
         if first == second:
@@ -188,6 +197,11 @@ class _System:
             other = self._topology.drivers[sink].source
             raise SspError(f"{self._where}: {sink} is driven by {other} and by {source}; expected one of them")
         self._topology.drivers[sink] = Link(source, element)
+
+    def _keep_connectors(self, kind: str, owner: str, element: Element) -> None:
+        """Keep the connectors of a component or system by where they are."""
+        for each in element.iterfind(f"{ssd('Connectors')}/{ssd('Connector')}"):
+            self._topology.connectors[Node(kind, owner, str(each.get("name")))] = each
 
     def _end(self, connection: Element, side: str) -> _End:
         """Find one end of a connection."""

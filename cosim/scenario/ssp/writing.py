@@ -6,7 +6,7 @@ time or place: the same scenario gives the same bytes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import quote
@@ -22,9 +22,12 @@ from cosim.scenario.ssp.document import FMU_TYPE, PARAMETER_SET_TYPE, RESOURCES,
 from cosim.scenario.ssp.parameters import parameter_set
 from cosim.scenario.ssp.program import as_components
 from cosim.system.compatibility import check_system, read_written
-from cosim.system.description import Description, Variable
+from cosim.system.conversion import conversion_of
+from cosim.system.description import BASE_UNITS, Description, Unit, Variable
 from cosim.system.signals import Value
 from cosim.system.structure import Component, Connection, Port, System
+
+_ENDS = ("input", "output")
 
 
 @dataclass(frozen=True)
@@ -141,36 +144,68 @@ def _structure(scenario: Scenario, system: System, parts: list[_Part], marked: f
     whole = SubElement(root, ssd("System"), name=scenario.name)
     elements = SubElement(whole, ssd("Elements"))
     driven = {connection.target for connection in system.connections}
+    units = _units(parts)
     for part in parts:
-        component = _add_component(elements, part, driven)
+        component = _add_component(elements, part, driven, units)
         if part.component.name in marked:
             mark_as_signals(component)
     if system.connections:
         connections = SubElement(whole, ssd("Connections"))
         for connection in system.connections:
-            SubElement(connections, ssd("Connection"), _ends(connection))
+            _add_transformation(SubElement(connections, ssd("Connection"), _ends(connection)), connection, parts)
+    if units:
+        _add_units(SubElement(root, ssd("Units")), units.values())
     times = {"startTime": repr(scenario.start_time), "stopTime": repr(scenario.stop_time)}
     SubElement(root, ssd("DefaultExperiment"), times)
     add_scenario(root, scenario)
     return root
 
 
-def _add_component(elements: Element, part: _Part, driven: set[Port]) -> Element:
-    """Describe a component: its outputs, the inputs that are driven, and where its parameters are."""
+def _shown(part: _Part, driven: set[Port]) -> list[Variable]:
+    """Return the variables of a component that are connectors: outputs, and inputs that are driven."""
     name = part.component.name
-    component = SubElement(elements, ssd("Component"), name=name, type=FMU_TYPE, source=quote(part.source))
-    component.set("implementation", "CoSimulation")
-    shown = [
+    return [
         variable
         for variable in part.description.variables
         if variable.causality == "output" or Port(name, variable.name) in driven
     ]
+
+
+def _units(parts: list[_Part]) -> dict[str, Unit]:
+    """Return the units that connectors can be said to be in, by name: those that all FMUs define alike.
+
+    A connector without a unit has that of its variable, so that nothing is lost where one cannot be said.
+    """
+    every = [variable.unit for part in parts for variable in part.description.variables if variable.causality in _ENDS]
+    found = {unit.name: unit for unit in every if unit is not None and unit.powers is not None}
+    clashing = {unit.name for unit in every if unit is not None and found.get(unit.name, unit) != unit}
+    return {name: unit for name, unit in sorted(found.items()) if name not in clashing}
+
+
+def _add_units(element: Element, units: Iterable[Unit]) -> None:
+    """Define units by their base units, what is usual left out."""
+    for unit in units:
+        powers = {name: str(power) for name, power in zip(BASE_UNITS, unit.powers or (), strict=False) if power}
+        scale = {"factor": unit.factor, "offset": unit.offset}
+        usual = {"factor": 1.0, "offset": 0.0}
+        powers |= {name: repr(value) for name, value in scale.items() if value != usual[name]}
+        SubElement(SubElement(element, ssc("Unit"), name=unit.name), ssc("BaseUnit"), powers)
+
+
+def _add_component(elements: Element, part: _Part, driven: set[Port], units: Mapping[str, Unit]) -> Element:
+    """Describe a component: its outputs, the inputs that are driven, with their units, and where its parameters are."""
+    name = part.component.name
+    component = SubElement(elements, ssd("Component"), name=name, type=FMU_TYPE, source=quote(part.source))
+    component.set("implementation", "CoSimulation")
+    shown = _shown(part, driven)
     if shown:
         connectors = SubElement(component, ssd("Connectors"))
         for variable in shown:
             connector = SubElement(connectors, ssd("Connector"), name=variable.name, kind=variable.causality)
             if variable.type != "Enumeration":  # which would have to be defined once more
-                SubElement(connector, ssc(variable.type))
+                kind = SubElement(connector, ssc(variable.type))
+                if variable.type == "Real" and variable.unit is not None and variable.unit.name in units:
+                    kind.set("unit", variable.unit.name)
     if part.values:
         bindings = SubElement(component, ssd("ParameterBindings"))
         SubElement(bindings, ssd("ParameterBinding"), type=PARAMETER_SET_TYPE, source=quote(_set_name(part)))
@@ -187,3 +222,23 @@ def _ends(connection: Connection) -> dict[str, str]:
         "endConnector": target.variable,
     }
     return {**ends, "suppressUnitConversion": "true"} if connection.unconverted else ends
+
+
+def _add_transformation(element: Element, connection: Connection, parts: list[_Part]) -> None:
+    """Say what becomes of the values of a connection, units apart."""
+    if (connection.factor, connection.offset) != (1.0, 0.0):
+        scale = {"factor": repr(connection.factor), "offset": repr(connection.offset)}
+        SubElement(element, ssc("LinearTransformation"), scale)
+    if not connection.table:
+        return
+    descriptions = {part.component.name: part.description for part in parts}
+    conversion = conversion_of(connection, descriptions)
+    source = descriptions[connection.source.component].by_name[connection.source.variable]
+    kind, write = ("Boolean", _truth) if source.type == "Boolean" else ("Integer", str)
+    table = SubElement(element, ssc(f"{kind}MappingTransformation"))
+    for given, taken in conversion.table if conversion is not None else ():
+        SubElement(table, ssc("MapEntry"), source=write(given), target=write(taken))
+
+
+def _truth(number: int) -> str:
+    return "true" if number else "false"

@@ -161,3 +161,9 @@ def test_output_derivatives_are_not_compared_without_states_to_go_back_to(make_s
     found = behaviour(check_fmu(make_suspect("wrong output derivative", claim)))["output derivatives"]
     assert found.verdict is Verdict.NOT_CHECKED
     assert "differences need states" in found.found
+
+
+def test_an_fmu_is_told_the_tolerance_of_its_default_experiment(make_suspect: Maker) -> None:
+    tolerant = {'stepSize="0.01"/>': 'stepSize="0.01" tolerance="1e-4"/>'}
+    assert check_fmu(make_suspect("tolerance of 1e-4", replace=tolerant)).passed
+    assert not check_fmu(make_suspect("tolerance of 1e-4")).passed

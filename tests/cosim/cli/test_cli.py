@@ -20,6 +20,8 @@ from typer.testing import CliRunner, Result
 
 from cosim.cli.app import app
 
+ROOT = Path(__file__).parents[3]
+
 SCENARIO = """
 title = "The probe"
 stop_time = 1.0
@@ -313,3 +315,29 @@ def test_a_list_whose_reader_is_gone_ends_quietly() -> None:
 def test_a_scenario_with_a_byte_order_mark_is_read(folder: Path) -> None:
     (folder / "probing.toml").write_text(SCENARIO, encoding="utf-8-sig")
     assert run("run", "probing.toml").exit_code == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pipe whose reader is gone")
+@pytest.mark.parametrize("arguments", [("list",), ("run", "stick-slip", "--stop-time", "1", "--output", "out")])
+def test_a_reader_that_leaves_keeps_nothing_from_being_done(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    """As with `cosim list | true`: the first write finds nobody, and the run is written all the same."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-c", "from cosim.cli.app import main; main()", *arguments]
+    done = subprocess.run(
+        command, stdout=writing, stderr=subprocess.PIPE, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}
+    )
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert arguments[0] == "list" or (tmp_path / "out" / "trajectory.csv").is_file()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
+def test_output_that_cannot_be_written_is_a_sentence(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", "from cosim.cli.app import main; main()", "list"]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            command, stdout=full, stderr=subprocess.PIPE, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}
+        )
+    assert done.returncode == 1
+    assert done.stderr.decode().strip() == "error: the output cannot be written: No space left on device"

@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 
 from cosim import load_scenario, simulate
 from cosim.cli.app import app
-from cosim.drilling.energy import EnergyBalance, energy_balance
+from cosim.drilling.energy import EnergyBalance, energy_balance, folding_sentence
+from cosim.drilling.reporting import find
 from cosim.recording.result import Result
 from cosim.scenario.file import scenario_names
 
@@ -105,3 +106,44 @@ def test_what_is_no_string_has_no_balance() -> None:
     result = run("dissipative-law", "tracking")
     assert energy_balance(result, "law") is None
     assert energy_balance(result, "nobody") is None
+
+
+@pytest.mark.parametrize(("name", "variant"), [("wob-law", None), ("dissipative-law", "tracking")])
+def test_folded_breaks_change_the_bit_speed_by_less_than_the_waves_they_say(name: str, variant: str | None) -> None:
+    """Against four or eight times the cells, in which fewer are folded or none."""
+    scenario = load_scenario(name)
+    run, finer = (
+        simulate(scenario, variant=variant, stop_time=20.0, overrides=cells) for cells in (None, {"plant.cells": 4096})
+    )
+    told, less = (find(result).energy for result in (run, finer))
+    assert told is not None
+    assert less is not None
+    assert told["breaks_folded"] == run["plant.breaks_folded"][-1] > 0
+    assert less.get("wave_change", 0.0) < 0.1 * told["wave_change"]
+    difference = run["plant.bit_speed"] - finer["plant.bit_speed"]
+    assert 0.0 < np.sqrt(np.mean(difference**2)) < told["wave_change"] < 1e-4
+    assert find(run).sentence().endswith("rad/s in the root mean square")
+
+
+def test_nothing_is_said_of_folds_where_there_are_none() -> None:
+    found = find(simulate(load_scenario("stick-slip"), stop_time=5.0))
+    assert found.energy is not None
+    assert not {"breaks_folded", "wave_change"} & set(found.energy)
+    assert "folded" not in found.sentence()
+
+
+def test_the_change_of_the_waves_is_that_of_the_energy_taken() -> None:
+    """A string of impedance 4 N.m.s from which folding took 1 J in 100 s: sqrt(1 / 400) rad/s."""
+    time = np.array([0.0, 100.0])
+    outputs = ("energy", "work_in", "drive_work", "top_loss", "bit_loss")
+    columns = {f"plant.{name}": np.zeros(2) for name in outputs}
+    columns |= {"plant.folded_energy": np.array([0.0, 1.0]), "plant.breaks_folded": np.array([0, 3], dtype=np.int32)}
+    record = {"components": {"plant": {"parameters": {"I": 2.0, "G": 8.0, "J": 1.0}}}}
+    result = Result(time, columns, dict.fromkeys(columns, ""), record)
+    balance = energy_balance(result)
+    assert balance is not None
+    assert (balance.folds, balance.wave_change) == (3, pytest.approx(0.05))
+    bare = energy_balance(Result(time, columns, dict.fromkeys(columns, "")))
+    assert bare is not None
+    assert bare.wave_change is None
+    assert folding_sentence(bare.summary()) == "3 breaks folded, which took 1 J of the 0 J that the drive gave"

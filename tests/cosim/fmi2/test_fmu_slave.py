@@ -247,9 +247,13 @@ def test_parameters_survive_an_experiment_whose_set_up_resets_them(probe: Path) 
 
 
 def test_a_parameter_that_the_fmu_does_not_keep_is_named(probe: Path, caplog: pytest.LogCaptureFixture) -> None:
-    simulate(scenario(probe, names=("forgetful", "probe"), parameters={"gain": 3.0, "text": "ü", "mode": "fast"}))
+    given = {"gain": 3.0, "text": "ü", "mode": "fast"}
+    record = simulate(scenario(probe, names=("forgetful", "probe"), parameters=given)).record
     said = [record.getMessage() for record in caplog.records if "after initialisation" in record.getMessage()]
     assert said == ["gain was set to 3.0, but the FMU has 1.0 after initialisation"]
+    asked, kept = record["components"]["forgetful"], record["components"]["probe"]
+    assert (asked["parameters"]["gain"], asked["not_kept"]) == (3.0, {"gain": 1.0})
+    assert "not_kept" not in kept
 
 
 @pytest.mark.parametrize("start", ['start="7"', ""])

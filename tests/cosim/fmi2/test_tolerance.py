@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import os
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -107,3 +109,56 @@ def test_nothing_is_said_of_a_faultless_description(probe: Path, caplog: pytest.
     with caplog.at_level(logging.WARNING):
         integral(probe, "probe")
     assert warnings(caplog) == []
+
+
+@pytest.mark.parametrize(("experiment", "told"), [('<DefaultExperiment tolerance="1e-4"/>', 1e-4), ("", 9.0)])
+def test_an_fmu_is_told_the_tolerance_of_its_default_experiment(
+    make_probe: Callable[..., Path], experiment: str, told: float
+) -> None:
+    probe = make_probe(replace={"  <ModelVariables>": f"  {experiment}\n  <ModelVariables>"})
+    assert integral(probe, "tolerant") == pytest.approx(2.0 * told, rel=1e-14)
+
+
+def repacked(path: Path, rename: Callable[[str], str], *more: str) -> Path:
+    """Pack an FMU anew, its members under other names, and some more of a few bytes."""
+    copy = path.with_name("repacked.fmu")
+    with zipfile.ZipFile(path) as archive, zipfile.ZipFile(copy, "w") as out:
+        for name in more:
+            out.writestr(name, b"" if name.endswith("/") else b"more")
+        for name in archive.namelist():
+            out.writestr(rename(name), archive.read(name))
+    return copy
+
+
+@pytest.mark.parametrize("more", [("./",), ("resources/./table.csv",), ()])
+def test_a_folder_that_is_named_by_a_dot_is_where_it_is(
+    probe: Path, caplog: pytest.LogCaptureFixture, more: tuple[str, ...]
+) -> None:
+    assert integral(repacked(probe, lambda name: f"./{name}", *more), "probe") == pytest.approx(2.0, rel=1e-14)
+    assert warnings(caplog) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows drops the dot")
+def test_a_member_that_ends_in_a_dot_is_said_and_fails_the_check(probe: Path, caplog: pytest.LogCaptureFixture) -> None:
+    fmu = repacked(probe, str, "K220LS_06_063141_01_1.", "resources/notes ")
+    assert integral(fmu, "probe") == pytest.approx(2.0, rel=1e-14)
+    (said,) = warnings(caplog)
+    assert said == (
+        "repacked.fmu: tolerated: the name of the member 'K220LS_06_063141_01_1.' has a part that ends in a dot or a "
+        "space; the name of the member 'resources/notes ' has a part that ends in a dot or a space"
+    )
+    report = check_fmu(fmu)
+    assert any("'K220LS_06_063141_01_1.'" in each.found for each in report.findings if each.verdict is Verdict.FAILED)
+
+
+def test_windows_refuses_a_member_that_ends_in_a_dot(probe: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fmu = repacked(probe, str, "resources/table.csv.")
+    monkeypatch.setattr(sys, "platform", "win32")
+    with pytest.raises(FmuFileError, match=r"'resources/table.csv\.' has a part that ends in a dot or a space"):
+        read_description(fmu)
+
+
+def test_members_that_differ_by_a_dot_claim_the_same_place(probe: Path) -> None:
+    fmu = repacked(probe, str, "./modelDescription.xml")
+    with pytest.raises(FmuFileError, match="claim the same place"):
+        read_description(fmu)

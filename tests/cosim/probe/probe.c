@@ -1,7 +1,7 @@
 /* A minimal FMI 2.0 co-simulation FMU that shows what a master did to it.
 
    Its name makes it behave as FMUs out there do: "resetting" puts parameters back in fmi2SetupExperiment, "forgetful"
-   loses one while it initialises, "dividing" has u = 4 and refuses u = 0, "offering" has u_seen = 5, "strict" refuses a step beyond its stop time by any bit,
+   loses one while it initialises, "tolerant" has as gain the tolerance it was told, or 9 if none, "dividing" has u = 4 and refuses u = 0, "offering" has u_seen = 5, "strict" refuses a step beyond its stop time by any bit,
    "forgetting" restores all of its state but the integral, "stateless" fails to restore any, "counting" counts all steps
    that it has ever taken, "ending" ends itself at fail_at, and "ending-mute" does so without telling when.
 
@@ -86,7 +86,8 @@ void fmi2FreeInstance(fmi2Component c) {
     free(c);
 }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real d, fmi2Boolean e, fmi2Real f) {
-    SELF; (void)a; (void)b; (void)e;
+    SELF; (void)e;
+    if (strcmp(self->name, "tolerant") == 0) self->real[VR_GAIN] = a ? b : 9.0;
     self->time = d;
     self->stop = f;
     if (strcmp(self->name, "resetting") == 0) {

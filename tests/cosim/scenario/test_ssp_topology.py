@@ -199,11 +199,6 @@ def test_a_mapping_gives_values_other_names_and_transforms_them(make: Make, exte
                    connection("here.x", "b.u")),
             "here refers to the signal dictionary bus, which is not there",
         ),
-        (
-            system("all", component("a", "u_seen:output") + component("b", "u:input"),
-                   connection("a.u_seen", "b.u", '<ssc:LinearTransformation factor="2"/>')),
-            "has a LinearTransformation, which is not supported",
-        ),
     ],
 )  # fmt: skip
 def test_what_leads_nowhere_is_named(make: Make, whole: str, sentence: str) -> None:

@@ -102,7 +102,8 @@ void fmi2FreeInstance(fmi2Component c) {
 }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real start, fmi2Boolean e, fmi2Real f) {
     SELF;
-    (void)a; (void)b; (void)e; (void)f;
+    (void)e; (void)f;
+    if (FAULT("tolerance of 1e-4") && !(a && b == 1e-4)) return refuse(self, "another tolerance");
     if (FAULT("starts at 0 only") && start != 0.0) return refuse(self, "the start is not 0");
     if (FAULT("resets in the set-up")) fresh(self);
     self->state.time = start;

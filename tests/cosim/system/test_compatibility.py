@@ -57,11 +57,10 @@ def check(connections=(), inputs=None, plant=None, law=None):
         ("plant.bit_speed", "law.rpm", r"law\.rpm has causality output; expected input"),
         ("plant.slips", "law.Omega", r"plant\.slips is Integer; expected Real"),
         ("plant.bit_speed", "law.WOB", r"the source is in rad/s \(= s\^-1 rad\); expected N \(= kg m s\^-2\)"),
-        ("plant.rpm", "law.Omega", r"rpm \(= 0\.104719755119660 s\^-1 rad\); expected rad/s .*unconverted"),
     ],
 )
 def test_a_connection_that_does_not_fit_is_refused(source: str, target: str, message: str) -> None:
-    with pytest.raises(SystemDefinitionError, match=message.replace("660", "66")):
+    with pytest.raises(SystemDefinitionError, match=message):
         check([Connection(source, target)])
 
 
@@ -174,7 +173,8 @@ def test_differences_have_no_offset(caplog: pytest.LogCaptureFixture) -> None:
     with pytest.raises(SystemDefinitionError, match=r"in degC \(= K\); expected degC \(= K \+ 273\.15\)"):
         ends(end("y", unit=CELSIUS, relative=True), end("u", unit=CELSIUS))
     with pytest.raises(SystemDefinitionError, match=r"the source is in degC \(= K \+ 273\.15\); expected K"):
-        ends(end("y", unit=CELSIUS), end("u", unit=KELVIN))
+        ends(end("y", unit=CELSIUS), end("u", unit=KELVIN, relative=True))
+    ends(end("y", unit=CELSIUS), end("u", unit=KELVIN))
 
 
 @pytest.mark.parametrize(
@@ -212,9 +212,10 @@ def test_a_value_is_taken_by_the_name_of_its_unit_and_warned_of_once(caplog: pyt
 
 
 def test_units_are_not_compared_where_values_are_passed_on_unconverted() -> None:
-    with pytest.raises(SystemDefinitionError, match="values are passed on unconverted"):
-        ends(end("y", unit=RPM), end("u", unit=SPEED))
-    ends(end("y", unit=RPM), end("u", unit=SPEED), unconverted=True)
+    with pytest.raises(SystemDefinitionError, match=r"the source is in N .*; expected rad/s"):
+        ends(end("y", unit=FORCE), end("u", unit=SPEED))
+    ends(end("y", unit=FORCE), end("u", unit=SPEED), unconverted=True)
+    ends(end("y", unit=RPM), end("u", unit=SPEED))
 
 
 def chosen(name: str, items: dict[str, int]) -> Variable:

@@ -13,7 +13,9 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PRODUCT = ("cosim", "models", "fmu_src")
 
-MOST_MODULES = {"cosim": 95}
+MOST_MODULES = {"cosim": 100}
+"""95 that a run takes, and five to keep what an FMU does from the others and the master: see docs/untrusted.md."""
+
 MOST_IN_A_PACKAGE = 15
 
 UPWARDS = ("fmu_src.page", "fmu_src.python", "fmu_src.fmus", "fmu_src.build")

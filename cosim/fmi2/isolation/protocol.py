@@ -1,17 +1,16 @@
 """Speak between the master and the process of an isolated FMU.
 
-Requests and replies go through pipes, values through memory that both have mapped: a header, in which the process notes
-what it is doing, then two rows of the component's block. Row 0 is for initialisation, as FMUs take slopes from row 1
-on. Strings go with requests and replies. The master unpickles nothing and believes nothing: what comes back is a
-status, JSON of bounded size, and numbers.
+A request is a head, numbers and JSON; so is its reply, which repeats number and operation of the request, so that one
+that belongs to another, or to none, is told apart. The numbers are a row of the component's block, side by side, or a
+state. No memory is shared for them: what the master reads is its own, whatever becomes of the process. Only what the
+process is doing it notes in a file that it has mapped, and that the master reads once the process is lost.
 """
 
 from __future__ import annotations
 
-import mmap
 import os
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any
 
@@ -21,22 +20,28 @@ from numpy.typing import NDArray
 from cosim.recording.record import BASE_TYPES, DTYPES, TEXT, BaseType, Block, Section, Slopes
 from cosim.system.description import Description
 
-REQUEST = struct.Struct("<BbiddI")
-"""Operation; row to be written first, or -1; slot; time and size [s]; bytes of JSON that follow."""
+REQUEST = struct.Struct("<QBb2xiddQI4x")
+"""Number; operation; row to be written first, or -1; slot; time and size [s]; bytes of numbers and of JSON."""
 
-REPLY = struct.Struct("<BI")
-"""Failure of the operation (0 or 1); bytes of JSON that follow."""
+REPLY = struct.Struct("<QBB2xIQ")
+"""Number; operation; whether it failed (0 or 1); bytes of JSON and of numbers, which come first."""
 
 MOST_REPLY = 2**20
 """Bytes of JSON in a reply."""
 
-HEADER = struct.Struct("<B7xQ")
-"""Operation under way; bytes of memory held, once they are too many."""
+MOST_STATE = 2**30
+"""Bytes of a state."""
+
+PART = 2**16
+"""Bytes that are read at once."""
+
+NOTE = struct.Struct("<B7xQ")
+"""Operation under way; bytes of memory held, once they are too many and the process has to see to that itself."""
 
 TEXTS = "texts"
 """Key of strings: those of the driven inputs in a request, those of the outputs in a reply."""
 
-_ROWS = 2
+_ROWS = 2  # one for initialisation, as FMUs take slopes from row 1 on
 
 
 class Operation(IntEnum):
@@ -81,22 +86,84 @@ _PHRASES = {
 }
 
 
-def receive(descriptor: int, size: int) -> bytes:
-    """Read a number of bytes from a pipe; EOFError if the other end is closed."""
-    parts: list[bytes] = []
-    while size:
-        part = os.read(descriptor, min(size, 2**16))
-        if not part:
-            raise EOFError
-        parts.append(part)
-        size -= len(part)
-    return b"".join(parts)
+def receive(descriptor: int) -> tuple[Sequence[Any], memoryview, memoryview]:
+    """Read one request: its head, numbers and JSON; EOFError if the other end is closed."""
+    message = _part(descriptor)
+    while len(message) < REQUEST.size:
+        message += _part(descriptor)
+    head = REQUEST.unpack_from(message)
+    data, text = head[-2:]
+    size = REQUEST.size + data + text
+    if len(message) < size:
+        parts = [message]
+        left = size - len(message)
+        while left:
+            parts.append(_part(descriptor, left))
+            left -= len(parts[-1])
+        message = b"".join(parts)
+    body = memoryview(message)[REQUEST.size :]
+    return head, body[:data], body[data:]
+
+
+def _part(descriptor: int, size: int = PART) -> bytes:
+    part = os.read(descriptor, min(size, PART))
+    if not part:
+        raise EOFError
+    return part
 
 
 def send(descriptor: int, message: bytes) -> None:
-    """Write all bytes to a pipe."""
+    """Write all bytes."""
     while message:
         message = message[os.write(descriptor, message) :]
+
+
+class RowBytes:
+    """One row of some arrays as bytes, side by side.
+
+    Parameters
+    ----------
+    arrays : sequence of ndarray, each of shape (rows, columns)
+        Whose rows are taken and put; those of strings are left out.
+    """
+
+    def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
+        arrays = [values for values in arrays if values.dtype != TEXT and values.shape[1]]
+        widths = [values.shape[1] * values.itemsize for values in arrays]
+        self.content = bytearray(sum(widths))
+        self._pairs: list[tuple[NDArray[Any], NDArray[Any]]] = []
+        begin = 0
+        # numbers of eight bytes first, so that all lie where they are read fastest
+        for values, width in sorted(zip(arrays, widths, strict=True), key=lambda pair: -pair[0].itemsize):
+            self._pairs.append((values, np.frombuffer(self.content, values.dtype, values.shape[1], begin)))
+            begin += width
+
+    def take(self, row: int) -> bytearray:
+        """Return the bytes of a row; valid until the next is taken."""
+        for values, image in self._pairs:
+            image[:] = values[row]
+        return self.content
+
+    def load(self, content: memoryview) -> None:
+        """Take bytes that came from the other side, of the same length."""
+        self.content[:] = content
+
+    def put(self, row: int) -> None:
+        """Put what was loaded into a row."""
+        for values, image in self._pairs:
+            values[row] = image
+
+
+def driven_bytes(block: Block) -> RowBytes:
+    """Return the bytes of what goes with a request: driven inputs, and their slopes."""
+    driven = [section.values[:, : section.driven] for section in (block.inputs[kind] for kind in BASE_TYPES)]
+    return RowBytes([*driven, *([block.slopes.values] if block.slopes else [])])
+
+
+def output_bytes(block: Block) -> RowBytes:
+    """Return the bytes of what comes with a reply: outputs, and their slopes."""
+    slopes = [block.output_slopes.values] if block.output_slopes else []
+    return RowBytes([*(block.outputs[kind].values for kind in BASE_TYPES), *slopes])
 
 
 def shape_of(block: Block) -> dict[str, Any]:
@@ -111,42 +178,22 @@ def shape_of(block: Block) -> dict[str, Any]:
 
 
 def block_of(shape: dict[str, Any], description: Description) -> Block:
-    """Make a block without rows."""
+    """Make a block of two rows."""
 
     def section(names: list[str], kind: BaseType, driven: int) -> Section:
         variables = tuple(description.by_name[name] for name in names)
         references = np.array([variable.reference for variable in variables], dtype=np.uint32)
-        return Section(variables, references, np.zeros((0, len(names)), DTYPES[kind]), driven)
+        values = np.full((_ROWS, len(names)), "" if kind == "String" else 0, DTYPES[kind])
+        return Section(variables, references, values, driven)
 
     def slopes(references: list[int] | None) -> Slopes | None:
         if references is None:
             return None
         count = len(references)
-        return Slopes(np.array(references, np.uint32), np.ones(count, np.int32), np.zeros((0, count)))
+        return Slopes(np.array(references, np.uint32), np.ones(count, np.int32), np.zeros((_ROWS, count)))
 
     inputs: dict[BaseType, Section] = {
         kind: section(shape["inputs"][kind], kind, shape["driven"][kind]) for kind in BASE_TYPES
     }
     outputs: dict[BaseType, Section] = {kind: section(shape["outputs"][kind], kind, 0) for kind in BASE_TYPES}
     return Block(inputs, outputs, *(slopes(references) for references in shape["slopes"]))
-
-
-def shared_size(block: Block) -> int:
-    """Return the bytes of memory that header and rows take."""
-    return HEADER.size + sum(_ROWS * 8 * values.shape[1] for values in block.arrays() if values.dtype != TEXT)
-
-
-def shared_block(block: Block, memory: mmap.mmap) -> Block:
-    """Return a block like another whose two rows are in shared memory, but for strings, which each side has."""
-    return block.with_arrays(_views(block.arrays(), memory))
-
-
-def _views(arrays: Sequence[NDArray[Any]], memory: mmap.mmap) -> Iterable[NDArray[Any]]:
-    offset = HEADER.size
-    for values in arrays:
-        columns = values.shape[1]
-        if values.dtype == TEXT:
-            yield np.full((_ROWS, columns), "", TEXT)
-            continue
-        yield np.frombuffer(memory, values.dtype, _ROWS * columns, offset).reshape(_ROWS, columns)
-        offset += _ROWS * 8 * columns

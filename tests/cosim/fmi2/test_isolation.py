@@ -96,6 +96,20 @@ def test_values_of_every_type_arrive(probe: Path) -> None:
     assert same_bits(simulate(coupled), simulate(coupled, isolate=True))
 
 
+@pytest.mark.parametrize("order", [("offering", "dividing"), ("dividing", "offering")])
+def test_an_input_without_a_start_value_begins_with_what_it_is_in_the_isolated_fmu(
+    make_probe: Callable[..., Path], order: tuple[str, ...]
+) -> None:
+    old = 'name="u" valueReference="0" causality="input"><Real start="0"'
+    probe = make_probe(replace={old: old.replace('start="0"', "")})
+    connection = Connection("offering.u_seen", "dividing.u")  # which fails if its u is 0
+    system = System(tuple(Component(name, probe) for name in order), (connection,), {"offering.u": Constant(5.0)})
+    coupled = Scenario("start", system, stop_time=1.0, step_size=0.1)
+    isolated = simulate(coupled, isolate=True)
+    assert isolated["dividing.u"].tolist() == [5.0] * 11
+    assert same_bits(simulate(coupled), isolated)
+
+
 @pytest.mark.parametrize(("fault", "how"), FAULTS)
 def test_a_fault_in_a_step_is_told_with_instance_time_and_kind(
     probe: Path, no_leftovers: Path, fault: int, how: str
@@ -222,27 +236,36 @@ def running(probe: Path, tmp_path: Path):
     (tmp_path / "guest.toml").write_text(TOML.replace("1e6", "1000"))
     command = [sys.executable, "-m", "cosim", "run", "guest.toml"]
     process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    while not (found := children.read_text().split()) or not is_stepping(int(found[0])):
+    while not (found := [each for each in descendants_of(process.pid) if is_stepping(each)]):
         assert process.poll() is None
         time.sleep(0.05)
-    yield process, int(found[0])
+    yield process, found[0]
     process.kill()
     process.wait()
     assert process.stderr is not None
     process.stderr.close()
 
 
+def descendants_of(process: int) -> list[int]:
+    children = told_of(process, f"task/{process}/children").split()
+    return [one for child in map(int, children) for one in (child, *descendants_of(child))]
+
+
 def is_stepping(process: int) -> bool:
-    return "probe.so" in Path(f"/proc/{process}/maps").read_text()
+    return "probe.so" in told_of(process, "maps")
+
+
+def told_of(process: int, file: str) -> str:
+    """Return what /proc tells of a process, nothing if it has ended."""
+    try:
+        return Path(f"/proc/{process}/{file}").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
 
 
 def is_gone(process: int) -> bool:
-    status = Path(f"/proc/{process}/status")
-    try:
-        return "State:\tZ" in status.read_text()
-    except (FileNotFoundError, ProcessLookupError):
-        return True
+    status = told_of(process, "status")
+    return not status or "State:\tZ" in status
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -82,6 +82,9 @@ class Master:
     ----------
     system, slaves, stop_time, step_size, start_time, method
         As of `co_simulate`.
+    after_turn : callable, optional
+        Told the communication point [s] whenever the slaves have had their turn: after initialisation, after each
+        window before its rows are given, and at the end.
 
     Raises
     ------
@@ -107,8 +110,10 @@ class Master:
         step_size: float,
         start_time: float = 0.0,
         method: Method | None = None,
+        after_turn: Callable[[float], object] | None = None,
     ) -> None:
         method = method or Method()
+        self._after_turn = after_turn or (lambda _: None)
         descriptions = {name: slave.description for name, slave in slaves.items()}
         system = in_declared_units(system, descriptions)
         start_values = check_system(system, descriptions)
@@ -161,6 +166,7 @@ class Master:
         began = time.perf_counter()
         settling = self._run.initialise()
         self._record["initialisation"] = {"settled": settling.settled, "rounds": settling.rounds}
+        self._after_turn(self.time)
         self._timings["initialise"] += time.perf_counter() - began
 
     def rows(self, progress: Progress | None = None) -> Iterator[Rows]:
@@ -177,10 +183,12 @@ class Master:
         while True:
             began = time.perf_counter()
             window = next(windows, None)
+            if window is not None:
+                self.time = float(window.times[-1])
+                self._after_turn(self.time)
             self._timings["step"] += time.perf_counter() - began
             if window is None:
                 return
-            self.time = float(window.times[-1])
             yield self._observation.rows(window)
             if progress is not None:
                 progress(self.done)
@@ -222,6 +230,7 @@ class Master:
                 if account.get("ended", {}).get("component") != name:
                     raise
                 log.warning("%s", error)  # it has ended itself before
+        self._after_turn(self.time)
         return account
 
     def account(self) -> dict[str, Any]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import hashlib
 import logging
 import time
-from collections.abc import Collection, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import ScenarioError, SystemDefinitionError, suggestion
+from cosim.errors import ScenarioError, SystemDefinitionError, format_time, suggestion
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
 from cosim.master.co_simulation import Master
@@ -87,6 +87,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             limits = (options.limits or Limits()) if name in isolated else None
             slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
         loading = time.perf_counter() - began
+        after_turn = stack.enter_context(_kept_here([name for name in paths if name not in isolated]))
         master = Master(
             system,
             slaves,
@@ -94,6 +95,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             step_size=scenario.step_size if options.step_size is None else options.step_size,
             start_time=scenario.start_time,
             method=method,
+            after_turn=after_turn,
         )
         _refuse_unrecorded(scenario, [column.name for column in master.columns])
         provenance = {
@@ -140,6 +142,22 @@ def _opened(name: str, path: Path, description: Description, limits: Limits | No
     from cosim.fmi2.fmu_slave import open_fmu
 
     return open_fmu(name, path, description)
+
+
+@contextmanager
+def _kept_here(names: Sequence[str]) -> Generator[Callable[[float], None] | None]:
+    """Give what puts back, at a communication point [s], what the FMUs in this process have changed of it."""
+    if not names:
+        yield None
+        return
+    from cosim.fmi2.surroundings import Surroundings
+
+    surroundings = Surroundings()
+    who = names[0] if len(names) == 1 else f"one of {', '.join(names)}"
+    try:
+        yield lambda now: surroundings.restore_after(who, f"by t = {format_time(now)} s")
+    finally:
+        surroundings.restore_after(who, "before it failed")
 
 
 def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]:

@@ -164,6 +164,9 @@ class IsolatedSlave:
         except ProcessLostError as error:
             self._lost = True
             raise LostSlaveError(self.name, self._time, str(error)) from None
+        except BaseException:  # an interrupt: whoever is in the middle of something is not asked to end well
+            self._lost = True
+            raise
         return self._taken(reply)
 
     def _taken(self, reply: Reply) -> Reply:
@@ -220,7 +223,10 @@ def open_isolated_fmu(
     """
     limits = limits or Limits()
     with tempfile.TemporaryDirectory(prefix="cosim-", ignore_cleanup_errors=True) as folder:
-        process = IsolatedProcess(Path(folder), limits)
+        try:
+            process = IsolatedProcess(Path(folder), limits)
+        except OSError as error:
+            raise RunError(f"{name}: no process can be started for the FMU: {error.strerror or error}") from error
         try:
             slave = IsolatedSlave(name, description, process)
             slave.open(path, limits)

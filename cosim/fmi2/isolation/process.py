@@ -54,6 +54,11 @@ class IsolatedProcess:
         For all temporary files of the process; the caller removes it afterwards.
     limits : Limits
         What to allow.
+
+    Raises
+    ------
+    OSError
+        If there is no more room for a process.
     """
 
     def __init__(self, folder: Path, limits: Limits) -> None:
@@ -65,11 +70,10 @@ class IsolatedProcess:
         self._gone = self._stopped = False
         self._buffer = memoryview(bytearray(PART))
         note = folder / "note"
-        self._note = note.open("x+b")
-        self._note.write(bytes(NOTE.size))
-        self._note.flush()
+        note.write_bytes(bytes(NOTE.size))
         self._deadline, self._looked = time.monotonic() + START_LIMIT, time.monotonic()
         self._process, self._channel = _start(folder, note)
+        self._note = note.open("rb")
         self._family = Family(self._process.pid)
 
     def ask(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -216,6 +219,28 @@ def test_a_restored_state_repeats_the_same_bits(probe: Path) -> None:
         slave.read(0)
         assert found == [0.1 * 2.0, 0.1 * 4.0, 0.1 * 2.0]
         assert block.outputs["Real"].values[0, 0] == 0.0
+
+
+def test_the_process_outlives_the_thread_that_started_it(probe: Path) -> None:
+    description = read_description(probe)
+    with ExitStack() as stack, ThreadPoolExecutor(1) as pool:
+        slave = pool.submit(stack.enter_context, open_isolated_fmu("guest", probe, description)).result()
+        pool.shutdown()
+        block = allocate_block(description, ["u"], {}, 2)
+        slave.setup(block, {}, 0.0, 1.0)
+        slave.enter_initialization()
+        slave.exit_initialization()
+        slave.step(0.0, 0.1)
+
+
+def test_that_no_process_can_be_started_is_told(probe: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
+
+    monkeypatch.setattr("subprocess.Popen", refuse)
+    told = "^guest: no process can be started for the FMU: Resource temporarily unavailable$"
+    with pytest.raises(RunError, match=told):
+        simulate(scenario(probe), isolate=True)
 
 
 TOML = """

@@ -160,6 +160,32 @@ def test_a_misdeed_is_harmless_or_told(
         assert re.search(expected, told), told
 
 
+LONG = 'stop_time = 1000.0\nstep_size = 0.001\n[components.step__{misdeed}]\nfmu = "{fmu}"\nisolate = true\n'
+
+
+@pytest.mark.parametrize("misdeed", ["daemon_stays", "comet", "child_keeps_the_pipe_of_a_hung_one", "take_signals"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_nothing_is_left_when_the_master_is_interrupted_or_killed_meanwhile(
+    misdeeds: Path, nothing_left: None, tmp_path: Path, misdeed: str, number: signal.Signals
+) -> None:
+    (tmp_path / "misdeeds.toml").write_text(LONG.format(misdeed=misdeed, fmu=misdeeds))
+    command = [sys.executable, "-m", "cosim", "run", "misdeeds.toml"]
+    master = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while not (tmp_path / "done").exists():
+        assert master.poll() is None
+        time.sleep(0.02)
+    master.send_signal(number)
+    if (
+        "hung" in misdeed and number == signal.SIGINT
+    ):  # the first waits for the end of the step, the second acts at once
+        time.sleep(0.2)
+        master.send_signal(number)
+    assert master.wait() == (130 if number == signal.SIGINT else -number)
+    began = time.monotonic()
+    while children() and time.monotonic() - began < LIMITS.time:  # a keeper ends a moment after a master that is killed
+        time.sleep(0.02)
+
+
 @pytest.mark.parametrize("misdeed", ["segfault", "sleep_for_ever", "surplus_frame", "empty_files", "daemon_stays"])
 def test_the_command_tells_of_a_misdeed_in_a_sentence(
     misdeeds: Path, nothing_left: None, tmp_path: Path, misdeed: str

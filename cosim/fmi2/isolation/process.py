@@ -15,9 +15,8 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.isolation.channel import LOOK, Channel, channel_to
@@ -36,8 +35,7 @@ class ProcessLostError(Exception):
     """The process is gone; the text says how, as the end of a sentence that begins with "the FMU"."""
 
 
-@dataclass(frozen=True)
-class Reply:
+class Reply(NamedTuple):
     """Hold an answer of the process: whether the operation failed, numbers, and what else there is to say."""
 
     failed: bool

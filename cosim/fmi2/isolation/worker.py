@@ -36,6 +36,7 @@ from cosim.recording.record import Block, Section
 from cosim.system.description import Description
 
 _LOOK = 0.02
+_OPERATIONS: dict[int, Operation] = {each.value: each for each in Operation}
 # Address space that allocators set aside for threads without holding memory there: an arena and a stack each, bytes.
 _SET_ASIDE = 2**28
 _MOST_MESSAGES, _LONGEST_MESSAGE, _LONGEST_SENTENCE = 100, 1000, 10000
@@ -104,7 +105,7 @@ class Worker:
         operation = Operation.START
         while operation is not Operation.CLOSE:
             (number, asked, write, slot, now, size, *_), data, text = receive(self._requests)
-            operation = Operation(asked)
+            operation = _OPERATIONS[asked]
             result, content = b"", dict[str, Any]()
             try:
                 given: dict[str, Any] = json.loads(bytes(text)) if text else {}

@@ -36,7 +36,7 @@ from cosim.fmi2.functions import (
 )
 from cosim.fmi2.library import loaded_fmu
 from cosim.fmi2.log import Journal
-from cosim.fmi2.surroundings import kept
+from cosim.fmi2.surroundings import Surroundings
 from cosim.recording.record import BASE_TYPES, BaseType, Block, base_type
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
@@ -314,14 +314,15 @@ def open_fmu(name: str, path: Path, description: Description) -> Generator[FmuSl
     RunError
         If the FMU cannot be instantiated.
     """
+    surroundings = Surroundings(name)
     with ExitStack() as stack:
-        with kept(name, "while it was loaded and instantiated"):
+        with surroundings.kept("while it was loaded and instantiated"):
             slave = FmuSlave(name, description, stack.enter_context(loaded_fmu(name, path, description)))
         stack.callback(slave.close)
         try:
             yield slave
         finally:
-            with kept(name, "while it was freed and unloaded"):
+            with surroundings.kept("while it was freed and unloaded"):
                 stack.close()
 
 

@@ -20,10 +20,19 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from typing import Any
 
-log = logging.getLogger("cosim")
+log = logging.getLogger("cosim.surroundings")
 
-_ENVIRONMENT = 256
+_SIGNALS = [
+    getattr(signal, name)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGPIPE", "SIGCHLD")
+    if hasattr(signal, name)
+]
+"""Those by which a run is ended or processes are waited for. Others belong to the runtimes that FMUs bring: Java and
+Go need theirs for memory faults."""
+
+_ROOM = 256
 """Bytes, more than fenv_t and struct sigaction take anywhere."""
+
 _CONTROL: Mapping[tuple[str, str], tuple[tuple[int, int, int], ...]] = {
     ("linux", "x86_64"): ((0, 2, 0x0F3F), (28, 4, 0xFFC0)),
     ("linux", "aarch64"): ((0, 4, 0xFFFFFFFF),),
@@ -34,59 +43,58 @@ _CONTROL: Mapping[tuple[str, str], tuple[tuple[int, int, int], ...]] = {
 }
 """Where in fenv_t the modes are, apart from the flags that any operation may raise: offset, bytes, mask."""
 
-_SIGNALS = range(1, 32)
 _C: Any = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
+_MODES = _CONTROL.get((sys.platform, platform.machine())) if hasattr(_C, "fegetenv") else None
+_POINTER = ctypes.sizeof(ctypes.c_void_p)
 
 _Reading = tuple[object, Callable[[], object]]
 """What something is, and how to make it so again."""
 
 
 class Surroundings:
-    """Remember what FMUs of this process and thread share, as it is now."""
+    """Keep what FMUs of this process share as it was before their turn.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    who : str
+        Takes turns, for the log.
+    """
+
+    def __init__(self, who: str) -> None:
+        self._who = who
         self._said: set[str] = set()
-        self._before = _read()
 
-    def restore(self) -> list[str]:
-        """Put back what differs; return what that was."""
-        changed: list[str] = []
-        for name, (now, _) in _read().items():
-            before, put_back = self._before[name]
-            if now != before:
+    @contextmanager
+    def kept(self, when: str) -> Generator[None]:
+        """Put back, after a turn, what is not as it was before; say so the first time, and when that was."""
+        before = _read()
+        try:
+            yield
+        finally:
+            now = _read()
+            changed = [name for name, (what, _) in before.items() if now[name][0] != what]
+            for name in changed:
                 with suppress(OSError, ValueError, locale.Error):
-                    put_back()
-                changed.append(name)
-        return changed
+                    before[name][1]()
+            self._say([name for name in changed if name not in self._said], when)
 
-    def restore_after(self, who: str, when: str) -> None:
-        """Put back what differs, and say so the first time."""
-        changed = [name for name in self.restore() if name not in self._said]
+    def _say(self, changed: list[str], when: str) -> None:
         self._said.update(changed)
         if changed:
             log.warning(
-                "%s changed %s of this process %s; it has been put back, and what else ran here until then may be off; "
-                "in a process of its own (isolate) an FMU changes nothing here",
-                who,
+                "%s changed %s of this process %s; it has been put back, but what others computed there meanwhile may "
+                "be off; in a process of its own (isolate) an FMU changes nothing here",
+                self._who,
                 " and ".join(changed),
                 when,
             )
 
 
-@contextmanager
-def kept(name: str, when: str) -> Generator[None]:
-    """Leave what FMUs share as it was, whatever the FMU of this name does meanwhile."""
-    surroundings = Surroundings()
-    try:
-        yield
-    finally:
-        surroundings.restore_after(name, when)
-
-
 def _read() -> dict[str, _Reading]:
+    """Read all that is kept, by names that end a sentence."""
     readings = {"the working folder": _folder(), "the locale": _locale()}
-    if (mode := _arithmetic()) is not None:
-        readings["the mode of floating-point arithmetic"] = mode
+    if _MODES is not None:
+        readings["the mode of floating-point arithmetic"] = _arithmetic(_MODES)
     if sys.platform != "win32":
         readings["the handling of signals"] = _handling()
         readings["which signals are blocked"] = _blocked()
@@ -106,32 +114,29 @@ def _locale() -> _Reading:
     return now, partial(locale.setlocale, locale.LC_ALL, now)
 
 
-def _arithmetic() -> _Reading | None:
-    """Read the mode of floating-point arithmetic, where it is known how that is stored."""
-    fields = _CONTROL.get((sys.platform, platform.machine()))
-    if fields is None or not hasattr(_C, "fegetenv"):
-        return None
-    environment = ctypes.create_string_buffer(_ENVIRONMENT)
+def _arithmetic(modes: tuple[tuple[int, int, int], ...]) -> _Reading:
+    environment = ctypes.create_string_buffer(_ROOM)
     _C.fegetenv(environment)
-    words = (int.from_bytes(environment[at : at + size], sys.byteorder) & mask for at, size, mask in fields)
-    return tuple(words), partial(_C.fesetenv, environment)
+    words = [int.from_bytes(environment[at : at + size], sys.byteorder) & mask for at, size, mask in modes]
+    return words, partial(_C.fesetenv, environment)
 
 
 def _handling() -> _Reading:
     """Read which function handles each signal, as the system has it: Python does not notice changes made in C."""
-    actions = ctypes.create_string_buffer(_ENVIRONMENT * (_SIGNALS[-1] + 1))
-    places = [(number, ctypes.addressof(actions) + _ENVIRONMENT * number) for number in _SIGNALS]
-    for number, place in places:
-        _C.sigaction(number, None, ctypes.c_void_p(place))
+    actions = ctypes.create_string_buffer(_ROOM * len(_SIGNALS))
+    for place, number in enumerate(_SIGNALS):
+        _C.sigaction(number, None, ctypes.byref(actions, _ROOM * place))
 
     def put_back() -> None:
-        for number, _ in places:
-            _C.sigaction(number, ctypes.byref(actions, _ENVIRONMENT * number), None)
+        for place, number in enumerate(_SIGNALS):
+            _C.sigaction(number, ctypes.byref(actions, _ROOM * place), None)
 
-    pointer = ctypes.sizeof(ctypes.c_void_p)  # to the function, which the structure begins with
-    return [actions[_ENVIRONMENT * number : _ENVIRONMENT * number + pointer] for number in _SIGNALS], put_back
+    # the function, by a pointer, is what the structure begins with
+    return [actions[_ROOM * place : _ROOM * place + _POINTER] for place in range(len(_SIGNALS))], put_back
 
 
 def _blocked() -> _Reading:
+    if sys.platform == "win32":
+        return None, lambda: None
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     return blocked, partial(signal.pthread_sigmask, signal.SIG_SETMASK, blocked)

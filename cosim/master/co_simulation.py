@@ -11,6 +11,7 @@ import logging
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict
 from typing import Any
 
@@ -82,9 +83,9 @@ class Master:
     ----------
     system, slaves, stop_time, step_size, start_time, method
         As of `co_simulate`.
-    after_turn : callable, optional
-        Told the communication point [s] whenever the slaves have had their turn: after initialisation, after each
-        window before its rows are given, and at the end.
+    turn : callable, optional
+        Gives the context in which the slaves have their turn, from a communication point [s] on: each window of steps,
+        and whatever else they are asked for.
 
     Raises
     ------
@@ -110,10 +111,10 @@ class Master:
         step_size: float,
         start_time: float = 0.0,
         method: Method | None = None,
-        after_turn: Callable[[float], object] | None = None,
+        turn: Callable[[float], AbstractContextManager[object]] = nullcontext,
     ) -> None:
         method = method or Method()
-        self._after_turn = after_turn or (lambda _: None)
+        self._turn = turn
         descriptions = {name: slave.description for name, slave in slaves.items()}
         system = in_declared_units(system, descriptions)
         start_values = check_system(system, descriptions)
@@ -140,8 +141,9 @@ class Master:
         }
         self._timings = {"initialise": 0.0, "step": 0.0}
         self.time = start_time
-        for name, block in self._run.blocks.items():
-            slaves[name].setup(block, start_values[name], start_time, max(stop_time, grid.end))
+        with turn(start_time):
+            for name, block in self._run.blocks.items():
+                slaves[name].setup(block, start_values[name], start_time, max(stop_time, grid.end))
 
     @property
     def done(self) -> float:
@@ -164,9 +166,9 @@ class Master:
             If a component refuses a value.
         """
         began = time.perf_counter()
-        settling = self._run.initialise()
+        with self._turn(self.time):
+            settling = self._run.initialise()
         self._record["initialisation"] = {"settled": settling.settled, "rounds": settling.rounds}
-        self._after_turn(self.time)
         self._timings["initialise"] += time.perf_counter() - began
 
     def rows(self, progress: Progress | None = None) -> Iterator[Rows]:
@@ -182,13 +184,12 @@ class Master:
         windows = self._run.windows()
         while True:
             began = time.perf_counter()
-            window = next(windows, None)
-            if window is not None:
-                self.time = float(window.times[-1])
-                self._after_turn(self.time)
+            with self._turn(self.time):
+                window = next(windows, None)
             self._timings["step"] += time.perf_counter() - began
             if window is None:
                 return
+            self.time = float(window.times[-1])
             yield self._observation.rows(window)
             if progress is not None:
                 progress(self.done)
@@ -202,7 +203,8 @@ class Master:
             If a component cannot give its state; all must be able to, as `check_serialisable` tells.
         """
         run = self._run.snapshot()
-        states = {_state(name): np.frombuffer(slave.serialise(), np.uint8) for name, slave in self._slaves.items()}
+        with self._turn(self.time):
+            states = {_state(name): np.frombuffer(slave.serialise(), np.uint8) for name, slave in self._slaves.items()}
         notes: dict[str, Any] = {
             "run": run.notes,
             "account": self._observation.snapshot(),
@@ -217,20 +219,21 @@ class Master:
         self._run.restore(Snapshot(notes["run"], snapshot.arrays))
         self._observation.restore(notes["account"])
         self._timings, self.time = dict(notes["timings"]), float(notes["time"])
-        for name, slave in self._slaves.items():
-            slave.deserialise(snapshot.arrays[_state(name)].tobytes(), self.time)
+        with self._turn(self.time):
+            for name, slave in self._slaves.items():
+                slave.deserialise(snapshot.arrays[_state(name)].tobytes(), self.time)
 
     def end(self) -> dict[str, Any]:
         """Terminate all components, and return what is to be told of the run."""
         account = self.account()
-        for name in self._run.order:
-            try:
-                self._slaves[name].terminate()
-            except SlaveError as error:
-                if account.get("ended", {}).get("component") != name:
-                    raise
-                log.warning("%s", error)  # it has ended itself before
-        self._after_turn(self.time)
+        with self._turn(self.time):
+            for name in self._run.order:
+                try:
+                    self._slaves[name].terminate()
+                except SlaveError as error:
+                    if account.get("ended", {}).get("component") != name:
+                        raise
+                    log.warning("%s", error)  # it has ended itself before
         return account
 
     def account(self) -> dict[str, Any]:

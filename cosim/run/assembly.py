@@ -6,7 +6,7 @@ import hashlib
 import logging
 import time
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -87,7 +87,6 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             limits = (options.limits or Limits()) if name in isolated else None
             slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
         loading = time.perf_counter() - began
-        after_turn = stack.enter_context(_kept_here([name for name in paths if name not in isolated]))
         master = Master(
             system,
             slaves,
@@ -95,7 +94,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             step_size=scenario.step_size if options.step_size is None else options.step_size,
             start_time=scenario.start_time,
             method=method,
-            after_turn=after_turn,
+            turn=_turn([name for name in paths if name not in isolated]),
         )
         _refuse_unrecorded(scenario, [column.name for column in master.columns])
         provenance = {
@@ -144,20 +143,14 @@ def _opened(name: str, path: Path, description: Description, limits: Limits | No
     return open_fmu(name, path, description)
 
 
-@contextmanager
-def _kept_here(names: Sequence[str]) -> Generator[Callable[[float], None] | None]:
-    """Give what puts back, at a communication point [s], what the FMUs in this process have changed of it."""
+def _turn(names: Sequence[str]) -> Callable[[float], AbstractContextManager[None]]:
+    """Return the context of a turn of the FMUs in this process, which leaves that as it was."""
     if not names:
-        yield None
-        return
+        return lambda _: nullcontext()
     from cosim.fmi2.surroundings import Surroundings
 
-    surroundings = Surroundings()
-    who = names[0] if len(names) == 1 else f"one of {', '.join(names)}"
-    try:
-        yield lambda now: surroundings.restore_after(who, f"by t = {format_time(now)} s")
-    finally:
-        surroundings.restore_after(who, "before it failed")
+    surroundings = Surroundings(names[0] if len(names) == 1 else f"one of {', '.join(names)}")
+    return lambda now: surroundings.kept(f"at t = {format_time(now)} s or in the steps after it")
 
 
 def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]:

@@ -16,7 +16,9 @@ from pathlib import Path
 _PROCESSES = Path("/proc")
 _LOOK = 0.002
 _PAGE = os.sysconf("SC_PAGE_SIZE") if sys.platform == "linux" else 0
-_STARTED = 19  # of the fields after the name of the program, by proc_pid_stat(5) the 22nd of all
+_PARENT, _STARTED = 1, 19  # of the fields after the name of the program, by proc_pid_stat(5) the 4th and 22nd of all
+LISTED = (_PROCESSES / f"self/task/{os.getpid()}/children").exists()
+"""Whether the kernel lists the children of a thread, which is optional (proc_pid_task_children(5))."""
 
 
 class Family:
@@ -98,8 +100,11 @@ def end_session(process: int) -> None:
 
 
 def _children(process: int) -> list[int]:
-    """Return the children of all threads of a process."""
+    """Return the children of all threads of a process, or of the process where the kernel lists none for threads."""
     found: list[int] = []
+    if not LISTED:
+        numbers = (int(entry.name) for entry in _PROCESSES.iterdir() if entry.name.isdecimal())
+        return [number for number in numbers if _fields(number)[_PARENT : _PARENT + 1] == [str(process)]]
     with suppress(OSError):
         for thread in (_PROCESSES / str(process) / "task").iterdir():
             with suppress(OSError):

@@ -11,6 +11,7 @@ import ctypes
 import os
 import signal
 import sys
+import time
 from types import FrameType
 from typing import NoReturn
 
@@ -20,7 +21,7 @@ _DEATH_SIGNAL, _SUBREAPER = 1, 36
 """PR_SET_PDEATHSIG and PR_SET_CHILD_SUBREAPER of prctl(2)."""
 
 
-_PATIENCE = 1.0
+_PATIENCE, _LOOK = 1.0, 0.002
 
 
 class _EndError(Exception):
@@ -104,6 +105,7 @@ def _end_all() -> None:
                 pass
         except ChildProcessError:
             return
+        time.sleep(_LOOK)
 
 
 def _control(what: int, value: int) -> None:

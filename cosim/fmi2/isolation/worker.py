@@ -98,6 +98,7 @@ class Worker:
         self._outputs: RowBytes
         logging.getLogger("cosim").addHandler(self._messages)
         logging.getLogger("cosim").propagate = False
+        logging.getLogger("cosim.surroundings").disabled = True  # they are the FMU's own here
 
     def work(self) -> None:
         """Answer until told to close, or until the master is gone."""

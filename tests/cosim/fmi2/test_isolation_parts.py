@@ -227,7 +227,9 @@ time.sleep(1000)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="families are looked up in /proc")
-def test_a_family_is_known_and_ended_whatever_sessions_it_is_in() -> None:
+@pytest.mark.parametrize("listed", [True, False], ids=["with lists of children", "without"])
+def test_a_family_is_known_and_ended_whatever_sessions_it_is_in(listed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cosim.fmi2.isolation.family.LISTED", listed)
     head = subprocess.Popen([sys.executable, "-c", GENERATIONS], stdout=subprocess.PIPE)
     assert head.stdout is not None
     with head.stdout:

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from cosim import Component, Constant, Scenario, System, simulate
 from cosim.cli.app import app
 from cosim.errors import SlaveError
-from cosim.fmi2.surroundings import Surroundings, kept
+from cosim.fmi2.surroundings import Surroundings
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the misdeeds are those of Linux")
 
@@ -26,7 +26,11 @@ MISDEEDS = {
     "block_signals": "which signals are blocked",
     "speak_otherwise": "the locale",
 }
-PLACES = {"instantiate": "while it was loaded and instantiated", "step": "by t = ", "free": "while it was freed"}
+PLACES = {
+    "instantiate": "while it was loaded and instantiated",
+    "step": "at t = 0.00 s or in the steps after it",
+    "free": "while it was freed",
+}
 C = ctypes.CDLL(None)
 
 
@@ -47,10 +51,10 @@ def scenario(fmu: Path, *names: str) -> Scenario:
 @pytest.fixture
 def tidy():
     """Put back what a failing test has left, the mask of files included, which nobody looks at."""
-    before, mask = Surroundings(), os.umask(0o22)
+    mask = os.umask(0o22)
     os.umask(mask)
-    yield
-    before.restore()
+    with Surroundings("a test").kept("as a whole"):
+        yield
     os.umask(mask)
 
 
@@ -62,7 +66,7 @@ def test_what_an_fmu_changes_is_put_back_and_said(
     before = state()
     simulate(scenario(misdeeds, f"{place}__{misdeed}"))
     assert state() == before
-    (told,) = [record.getMessage() for record in caplog.records if record.name == "cosim"]
+    (told,) = [record.getMessage() for record in caplog.records if record.name == "cosim.surroundings"]
     assert told.startswith(f"{place}__{misdeed} changed {MISDEEDS[misdeed]} of this process {PLACES[place]}")
 
 
@@ -87,7 +91,25 @@ def test_what_is_changed_before_a_failure_is_put_back_as_well(
     with pytest.raises(SlaveError):
         simulate(scenario(misdeeds, "step__round_up", "step__illegal_status"))
     assert state() == before
-    assert "before it failed" in caplog.text
+    assert "changed the mode of floating-point arithmetic" in caplog.text
+
+
+def test_what_others_change_between_turns_is_left_as_it_is(
+    misdeeds: Path, tidy: None, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    simulate(scenario(misdeeds, "other"), progress=lambda _: os.chdir(tmp_path))
+    assert Path.cwd() == tmp_path
+    assert not caplog.records
+
+
+def test_signals_of_runtimes_that_fmus_bring_are_left_alone(caplog: pytest.LogCaptureFixture) -> None:
+    former = signal.getsignal(signal.SIGUSR2)
+    with Surroundings("law").kept("now"):
+        C.signal(signal.SIGUSR2, 1)
+    assert "SigIgn" in (status := Path("/proc/self/status").read_text())
+    assert int(status.partition("SigIgn:")[2].split()[0], 16) >> (signal.SIGUSR2 - 1) & 1
+    assert not caplog.records
+    signal.signal(signal.SIGUSR2, former)
 
 
 def test_an_fmu_that_changes_nothing_is_not_blamed(misdeeds: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -110,6 +132,6 @@ def test_results_are_where_they_were_asked_for_whatever_folder_an_fmu_goes_to(
 
 def test_flags_that_any_operation_may_raise_are_left_alone(caplog: pytest.LogCaptureFixture) -> None:
     inexact = 0x20
-    with kept("law", "now"):
+    with Surroundings("law").kept("now"):
         C.feraiseexcept(inexact)
     assert not caplog.records

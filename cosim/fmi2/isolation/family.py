@@ -36,7 +36,7 @@ class Family:
 
     def look(self) -> list[int]:
         """Return all descendants, and keep in mind who they are."""
-        if _started(self._head) != self._began:  # it has ended, and its number may be another's
+        if not self._began or _started(self._head) != self._began:  # it has ended; its number may be another's by now
             return []
         found = _descendants(self._head)
         for process in found:

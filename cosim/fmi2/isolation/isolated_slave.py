@@ -24,7 +24,6 @@ from cosim.fmi2.isolation.protocol import (
     output_bytes,
     shape_of,
 )
-from cosim.fmi2.isolation.reply import failure, log_messages
 from cosim.recording.record import Block
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
@@ -171,10 +170,12 @@ class IsolatedSlave:
 
     def _taken(self, reply: Reply) -> Reply:
         """Log what the FMU has said, and raise what went wrong."""
-        if reply.content.log:
+        if reply.content is not None or reply.failed:
+            from cosim.fmi2.isolation.reply import failure, log_messages  # with pydantic, which silent FMUs do without
+
             log_messages(self.name, reply.content)
-        if reply.failed:
-            raise failure(self.name, self._time, reply.content)
+            if reply.failed:
+                raise failure(self.name, self._time, reply.content)
         return reply
 
     def _take_outputs(self, reply: Reply) -> None:
@@ -190,7 +191,7 @@ class IsolatedSlave:
 
     def _told_texts(self, reply: Reply, count: int) -> list[str]:
         """Return the strings that came with a reply, of which there have to be so many."""
-        texts = reply.content.texts
+        texts = [] if reply.content is None else reply.content.texts
         if len(texts) != count:
             how = f"told {len(texts)} strings where {count} were expected"
             raise RunError(f"{self.name} at t = {format_time(self._time)} s: the FMU's process {how}")

@@ -16,19 +16,20 @@ import sys
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.isolation.channel import LOOK, Channel, channel_to
 from cosim.fmi2.isolation.family import Family, end_session
 from cosim.fmi2.isolation.protocol import MOST_REPLY, MOST_STATE, NOTE, PART, REPLY, REQUEST, Operation
-from cosim.fmi2.isolation.reply import Content, read_content
+
+if TYPE_CHECKING:
+    from cosim.fmi2.isolation.reply import Content
 
 START_LIMIT = 120.0
 """Seconds that Python may take to start and import what the process needs."""
 
 _FAREWELL = 5.0
-_NOTHING = Content()
 
 
 class ProcessLostError(Exception):
@@ -36,11 +37,11 @@ class ProcessLostError(Exception):
 
 
 class Reply(NamedTuple):
-    """Hold an answer of the process: whether the operation failed, numbers, and what else there is to say."""
+    """Hold an answer of the process: whether the operation failed, numbers, and what else there is to say, if any."""
 
     failed: bool
     data: memoryview
-    content: Content
+    content: Content | None
 
 
 class IsolatedProcess:
@@ -143,7 +144,7 @@ class IsolatedProcess:
         if len(message) != size:
             raise self._nonsense()
         body = message[REPLY.size :]
-        return Reply(bool(failed), body[:data], self._content(bytes(body[data:])) if text else _NOTHING)
+        return Reply(bool(failed), body[:data], self._content(bytes(body[data:])) if text else None)
 
     def _rest(self, got: int, size: int) -> memoryview:
         """Receive what does not come, or does not fit, at once."""
@@ -154,6 +155,8 @@ class IsolatedProcess:
         return memoryview(message)
 
     def _content(self, text: bytes) -> Content:
+        from cosim.fmi2.isolation.reply import read_content  # with pydantic, which silent FMUs do without
+
         try:
             return read_content(text)
         except ValueError:
@@ -209,7 +212,7 @@ class IsolatedProcess:
             return f"closed the channel to the master {self._asked.phrase} and was stopped"
         self._stop()
         where, held = self._where()
-        if held:
+        if held and sys.platform != "linux":
             return str(self._stopped_for_memory(held))
         how = fault(code)
         return f"crashed {where} ({how})" if how else f"ended its process {where} (exit code {code})"

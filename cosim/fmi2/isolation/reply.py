@@ -70,16 +70,16 @@ def read_content(text: bytes) -> Content:
     return Content.model_validate_json(text)
 
 
-def log_messages(name: str, content: Content) -> None:
+def log_messages(name: str, content: Content | None) -> None:
     """Log what an FMU has said, as if it had been here."""
     logger = logging.getLogger(f"cosim.fmi2.{name}")
-    for said in content.log:
+    for said in content.log if content else ():
         logger.log(said.level, "%s", said.text, extra={"category": said.category, "says_why": said.says_why})
 
 
-def failure(name: str, time: float, content: Content) -> CosimError:
+def failure(name: str, time: float, content: Content | None) -> CosimError:
     """Return the exception that an operation at a communication point `time` [s] has failed with."""
-    match content.error:
+    match content and content.error:
         case EndAsked(end=end, message=message):
             return EndRequestError(name, time, message, end)
         case CallFailed(function=function, status=status, message=message):

@@ -157,9 +157,9 @@ class IsolatedSlave:
         """Have an operation done, and raise what it raises there."""
         write, self._written = self._written, _NOT_WRITTEN
         if write != _NOT_WRITTEN:
-            arguments |= {"write": write, "data": self._driven.content, "content": self._driven_with}
+            arguments["data"], arguments["content"] = self._driven.content, self._driven_with
         try:
-            reply = self._process.ask(operation, **arguments)
+            reply = self._process.ask(operation, write, **arguments)
         except ProcessLostError as error:
             self._lost = True
             raise LostSlaveError(self.name, self._time, str(error)) from None

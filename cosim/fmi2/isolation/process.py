@@ -76,7 +76,7 @@ class IsolatedProcess:
         self._family = Family(self._process.pid)
 
     def ask(
-        self, operation: Operation, *, write: int = -1, slot: int = 0, time_: float = 0.0, size: float = 0.0,
+        self, operation: Operation, write: int = -1, *, slot: int = 0, time_: float = 0.0, size: float = 0.0,
         data: bytes | bytearray = b"", content: dict[str, Any] | None = None, expected: int = 0,
     ) -> Reply:  # fmt: skip
         """Have an operation done, after the inputs of a row have been written if `write` is one.

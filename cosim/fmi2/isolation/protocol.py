@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from typing import Any
 
@@ -86,7 +86,7 @@ _PHRASES = {
 }
 
 
-def receive(descriptor: int) -> tuple[Sequence[Any], memoryview, memoryview]:
+def receive(descriptor: int) -> tuple[Sequence[Any], bytes, bytes]:
     """Read one request: its head, numbers and JSON; EOFError if the other end is closed."""
     message = _part(descriptor)
     while len(message) < REQUEST.size:
@@ -101,8 +101,8 @@ def receive(descriptor: int) -> tuple[Sequence[Any], memoryview, memoryview]:
             parts.append(_part(descriptor, left))
             left -= len(parts[-1])
         message = b"".join(parts)
-    body = memoryview(message)[REQUEST.size :]
-    return head, body[:data], body[data:]
+    numbers = REQUEST.size + data
+    return head, message[REQUEST.size : numbers], message[numbers:]
 
 
 def _part(descriptor: int, size: int = PART) -> bytes:
@@ -129,14 +129,12 @@ class RowBytes:
 
     def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
         arrays = [values for values in arrays if values.dtype != TEXT and values.shape[1]]
-        widths = [values.shape[1] * values.itemsize for values in arrays]
-        self.content = bytearray(sum(widths))
+        self.content = bytearray(sum(values.shape[1] * values.itemsize for values in arrays))
         self._pairs: list[tuple[NDArray[Any], NDArray[Any]]] = []
         begin = 0
-        # numbers of eight bytes first, so that all lie where they are read fastest
-        for values, width in sorted(zip(arrays, widths, strict=True), key=lambda pair: -pair[0].itemsize):
+        for values in sorted(arrays, key=_by_size):
             self._pairs.append((values, np.frombuffer(self.content, values.dtype, values.shape[1], begin)))
-            begin += width
+            begin += values.shape[1] * values.itemsize
 
     def take(self, row: int) -> bytearray:
         """Return the bytes of a row; valid until the next is taken."""
@@ -154,6 +152,43 @@ class RowBytes:
             values[row] = image
 
 
+class PackedRows:
+    """Two rows for some arrays in one memory, so that nothing has to be copied one by one.
+
+    Parameters
+    ----------
+    arrays : sequence of ndarray, each of shape (rows, columns)
+        For whose like there is to be room.
+
+    Attributes
+    ----------
+    arrays : list of ndarray, each of shape (2, columns)
+        All zero, in the memory of the rows; those of strings are the ones given.
+    """
+
+    def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
+        numbers = sorted((values for values in arrays if values.dtype != TEXT), key=_by_size)
+        self._size = sum(values.shape[1] * values.itemsize for values in numbers)
+        self._stride = -(-self._size // 8) * 8
+        memory = bytearray(_ROWS * self._stride + 8)
+        self._memory = memoryview(memory)
+        begin, packed = 0, dict[int, NDArray[Any]]()
+        for values in numbers:
+            shape, strides = (_ROWS, values.shape[1]), (self._stride, values.itemsize)
+            packed[id(values)] = np.ndarray(shape, values.dtype, memory, begin, strides)
+            begin += values.shape[1] * values.itemsize
+        self.arrays = [packed.get(id(values), values) for values in arrays]
+
+    def row(self, row: int) -> memoryview:
+        """Return the bytes of a row, to be read or written, as `RowBytes` has them."""
+        return self._memory[row * self._stride : row * self._stride + self._size]
+
+
+def _by_size(values: NDArray[Any]) -> int:
+    """Sort numbers of eight bytes before others, so that all lie where they are read fastest."""
+    return -values.itemsize
+
+
 def driven_bytes(block: Block) -> RowBytes:
     """Return the bytes of what goes with a request: driven inputs, and their slopes."""
     driven = [section.values[:, : section.driven] for section in (block.inputs[kind] for kind in BASE_TYPES)]
@@ -167,24 +202,24 @@ def output_bytes(block: Block) -> RowBytes:
 
 
 def shape_of(block: Block) -> dict[str, Any]:
-    """Say by names and value references what a block holds, so that `block_of` can make its like."""
+    """Say by names and value references what is exchanged through a block, so that `packed_block` can make its like."""
+    inputs, outputs = ({kind: part[kind].variables for kind in BASE_TYPES} for part in (block.inputs, block.outputs))
     slopes = (block.slopes, block.output_slopes)
     return {
-        "inputs": {kind: [variable.name for variable in block.inputs[kind].variables] for kind in BASE_TYPES},
-        "outputs": {kind: [variable.name for variable in block.outputs[kind].variables] for kind in BASE_TYPES},
-        "driven": {kind: block.inputs[kind].driven for kind in BASE_TYPES},
+        "inputs": {kind: [each.name for each in inputs[kind][: block.inputs[kind].driven]] for kind in BASE_TYPES},
+        "outputs": {kind: [each.name for each in outputs[kind]] for kind in BASE_TYPES},
         "slopes": [part.references.tolist() if part else None for part in slopes],
     }
 
 
-def block_of(shape: dict[str, Any], description: Description) -> Block:
-    """Make a block of two rows."""
+def packed_block(shape: dict[str, Any], description: Description) -> tuple[Block, PackedRows, PackedRows]:
+    """Make a block of two rows, and return it with the memory of its driven inputs and of its outputs."""
 
-    def section(names: list[str], kind: BaseType, driven: int) -> Section:
-        variables = tuple(description.by_name[name] for name in names)
+    def section(kind: BaseType, names: Mapping[str, list[str]], driven: bool) -> Section:
+        variables = tuple(description.by_name[name] for name in names[kind])
         references = np.array([variable.reference for variable in variables], dtype=np.uint32)
-        values = np.full((_ROWS, len(names)), "" if kind == "String" else 0, DTYPES[kind])
-        return Section(variables, references, values, driven)
+        values = np.full((_ROWS, len(variables)), "" if kind == "String" else 0, DTYPES[kind])
+        return Section(variables, references, values, len(variables) if driven else 0)
 
     def slopes(references: list[int] | None) -> Slopes | None:
         if references is None:
@@ -192,8 +227,13 @@ def block_of(shape: dict[str, Any], description: Description) -> Block:
         count = len(references)
         return Slopes(np.array(references, np.uint32), np.ones(count, np.int32), np.zeros((_ROWS, count)))
 
-    inputs: dict[BaseType, Section] = {
-        kind: section(shape["inputs"][kind], kind, shape["driven"][kind]) for kind in BASE_TYPES
-    }
-    outputs: dict[BaseType, Section] = {kind: section(shape["outputs"][kind], kind, 0) for kind in BASE_TYPES}
-    return Block(inputs, outputs, *(slopes(references) for references in shape["slopes"]))
+    inputs: dict[BaseType, Section] = {kind: section(kind, shape["inputs"], True) for kind in BASE_TYPES}
+    outputs: dict[BaseType, Section] = {kind: section(kind, shape["outputs"], False) for kind in BASE_TYPES}
+    block = Block(inputs, outputs, *(slopes(references) for references in shape["slopes"]))
+    driven, told = (
+        PackedRows([*(part.values for part in sections.values()), *([ends.values] if ends else [])])
+        for sections, ends in ((inputs, block.slopes), (outputs, block.output_slopes))
+    )
+    kinds = len(BASE_TYPES)
+    arrays = [*driven.arrays[:kinds], *told.arrays[:kinds], *driven.arrays[kinds:], *told.arrays[kinds:]]
+    return block.with_arrays(arrays), driven, told

@@ -24,10 +24,8 @@ from cosim.fmi2.isolation.protocol import (
     REPLY,
     TEXTS,
     Operation,
-    RowBytes,
-    block_of,
-    driven_bytes,
-    output_bytes,
+    PackedRows,
+    packed_block,
     receive,
     send,
 )
@@ -36,6 +34,7 @@ from cosim.recording.record import Block, Section
 from cosim.system.description import Description
 
 _LOOK = 0.02
+_NOTHING = b""
 _OPERATIONS: dict[int, Operation] = {each.value: each for each in Operation}
 # Address space that allocators set aside for threads without holding memory there: an arena and a stack each, bytes.
 _SET_ASIDE = 2**28
@@ -94,8 +93,8 @@ class Worker:
         self._description: Description
         self._slave: FmuSlave
         self._block: Block
-        self._driven: RowBytes
-        self._outputs: RowBytes
+        self._driven: PackedRows
+        self._outputs: PackedRows
         logging.getLogger("cosim").addHandler(self._messages)
         logging.getLogger("cosim").propagate = False
         logging.getLogger("cosim.surroundings").disabled = True  # they are the FMU's own here
@@ -107,9 +106,9 @@ class Worker:
         while operation is not Operation.CLOSE:
             (number, asked, write, slot, now, size, *_), data, text = receive(self._requests)
             operation = _OPERATIONS[asked]
-            result, content = b"", dict[str, Any]()
+            result, content = _NOTHING, dict[str, Any]()
             try:
-                given: dict[str, Any] = json.loads(bytes(text)) if text else {}
+                given: dict[str, Any] = json.loads(text) if text else {}
                 if write >= 0:
                     self._note.doing(Operation.WRITE)
                     self._take_driven(write, data, given)
@@ -123,8 +122,8 @@ class Worker:
             self._reply(number, operation, result, content)
 
     def _do(
-        self, operation: Operation, slot: int, now: float, size: float, data: memoryview, given: dict[str, Any]
-    ) -> tuple[bytes | bytearray, dict[str, Any]]:
+        self, operation: Operation, slot: int, now: float, size: float, data: bytes, given: dict[str, Any]
+    ) -> tuple[bytes | memoryview, dict[str, Any]]:
         """Do an operation; return the numbers and the texts that come of it."""
         match operation:
             case Operation.STEP:
@@ -140,7 +139,7 @@ class Worker:
             case Operation.SERIALISE:
                 return self._slave.serialise(), {}
             case Operation.DESERIALISE:
-                self._slave.deserialise(bytes(data), now)
+                self._slave.deserialise(data, now)
             case Operation.OPEN:
                 self._open(given)
             case Operation.SETUP:
@@ -155,7 +154,7 @@ class Worker:
                 self._stack.close()
             case Operation.START | Operation.WRITE:
                 pass
-        return b"", {}
+        return _NOTHING, {}
 
     def _open(self, given: dict[str, Any]) -> None:
         limit_memory(int(given["memory"]), self._note)
@@ -164,35 +163,34 @@ class Worker:
         self._slave = self._stack.enter_context(open_fmu(given["name"], path, self._description))
 
     def _set_up(self, given: dict[str, Any], start_time: float, stop_time: float) -> None:
-        block = self._block = block_of(given["shape"], self._description)
-        self._driven, self._outputs = driven_bytes(block), output_bytes(block)
+        self._block, self._driven, self._outputs = packed_block(given["shape"], self._description)
         values = {self._description.by_name[name]: value for name, value in given["start_values"]}
-        self._slave.setup(block, values, start_time, stop_time)
+        self._slave.setup(self._block, values, start_time, stop_time)
 
-    def _enter(self, data: memoryview, given: dict[str, Any]) -> tuple[bytearray, dict[str, Any]]:
+    def _enter(self, data: bytes, given: dict[str, Any]) -> tuple[memoryview, dict[str, Any]]:
         """Enter initialization mode, in which driven inputs without a start value get the FMU's."""
         self._take_driven(0, data, given)
         self._slave.enter_initialization()
         section = self._block.inputs["String"]
-        return self._driven.take(0), _texts(section, 0, section.driven)
+        return self._driven.row(0), _texts(section, 0, section.driven)
 
-    def _read(self) -> tuple[bytearray, dict[str, Any]]:
+    def _read(self) -> tuple[memoryview, dict[str, Any]]:
         self._slave.read(1)
         section = self._block.outputs["String"]
-        return self._outputs.take(1), _texts(section, 1, len(section.variables))
+        return self._outputs.row(1), _texts(section, 1, len(section.variables))
 
-    def _take_driven(self, row: int, data: memoryview, given: dict[str, Any]) -> None:
-        self._driven.load(data)
-        self._driven.put(row)
+    def _take_driven(self, row: int, data: bytes, given: dict[str, Any]) -> None:
+        self._driven.row(row)[:] = data
         section = self._block.inputs["String"]
         if section.driven:
             section.values[row, : section.driven] = given[TEXTS]
 
-    def _reply(self, number: int, operation: Operation, result: bytes | bytearray, content: dict[str, Any]) -> None:
+    def _reply(self, number: int, operation: Operation, result: bytes | memoryview, content: dict[str, Any]) -> None:
         if messages := self._messages.take():
             content["log"] = messages
         text = json.dumps(content).encode() if content else b""
-        send(self._replies, REPLY.pack(number, operation, "error" in content, len(text), len(result)) + result + text)
+        head = REPLY.pack(number, operation, "error" in content, len(text), len(result))
+        send(self._replies, b"".join((head, result, text)))
 
 
 def _texts(section: Section, row: int, count: int) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from cosim.errors import EndRequestError, FmuFileError, RunError, SlaveError
 from cosim.fmi2.isolation.channel import Channel, PolledPipes, ThreadedPipes
 from cosim.fmi2.isolation.family import Family
-from cosim.fmi2.isolation.protocol import REQUEST, Operation, RowBytes, receive
+from cosim.fmi2.isolation.protocol import REQUEST, Operation, PackedRows, RowBytes, receive
 from cosim.fmi2.isolation.reply import Content, failure, read_content
 
 
@@ -116,11 +116,14 @@ def test_rows_arrive_with_the_same_bits(content: bytes) -> None:
     integers = np.frombuffer(content[32:], np.int32).reshape(2, 4)[:, :3]
     there = [np.zeros((2, 3), np.int32), np.zeros((2, 2)), np.full((2, 1), "", object), np.zeros((2, 0))]
     here = [integers, reals, there[2], there[3]]
-    sender, receiver = RowBytes(here), RowBytes(there)
-    receiver.load(memoryview(bytes(sender.take(1))))
+    sender, receiver, packed = RowBytes(here), RowBytes(there), PackedRows(there)
+    packed.row(1)[:] = sender.take(1)
+    receiver.load(packed.row(1))
     receiver.put(0)
-    assert there[0][0].tobytes() == integers[1].tobytes()
-    assert there[1][0].tobytes() == reals[1].tobytes()
+    for arrays, row in ((there, 0), (packed.arrays, 1)):
+        assert arrays[0][row].tobytes() == integers[1].tobytes()
+        assert arrays[1][row].tobytes() == reals[1].tobytes()
+    assert not any(packed.row(0))
 
 
 SAID = {"level": 30, "category": "logAll", "says_why": False, "text": "ready"}

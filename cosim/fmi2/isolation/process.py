@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
 import signal
 import subprocess
 import sys
@@ -109,7 +108,7 @@ class IsolatedProcess:
     def await_start(self) -> None:
         """Wait until the process can be asked; ProcessLostError if it cannot be started."""
         self._reply(0)
-        self._number = secrets.randbits(62)  # so that no reply can be made before its request is known
+        self._number = int.from_bytes(os.urandom(7))  # so that no reply can be made before its request is known
 
     def end(self) -> None:
         """End the process and whatever it has started, at once unless it is about to end by itself."""

@@ -147,7 +147,7 @@ def run(
         prepare_step_loop(job)
         with progress_bar() as bar:
             bar.show(job)
-            manifest = run_job(job, folder, bar.progress)
+            manifest = run_job(job, folder.absolute(), bar.progress)
         print_manifest(manifest, folder)
 
 
@@ -160,7 +160,7 @@ def resume(
 
     with sentences():
         with progress_bar() as bar:
-            manifest = resume_job(folder, bar.show, bar.progress)
+            manifest = resume_job(folder.absolute(), bar.show, bar.progress)
         print_manifest(manifest, folder)
 
 

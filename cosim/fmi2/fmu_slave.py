@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from ctypes import byref, c_char, c_double, c_int, c_size_t, c_void_p
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,7 @@ from cosim.fmi2.functions import (
 )
 from cosim.fmi2.library import loaded_fmu
 from cosim.fmi2.log import Journal
+from cosim.fmi2.surroundings import Surroundings
 from cosim.recording.record import BASE_TYPES, BaseType, Block, base_type
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
@@ -322,12 +323,16 @@ def open_fmu(name: str, path: Path, description: Description) -> Generator[FmuSl
     RunError
         If the FMU cannot be instantiated.
     """
-    with loaded_fmu(name, path, description) as fmu:
-        slave = FmuSlave(name, description, fmu)
+    surroundings = Surroundings(name)
+    with ExitStack() as stack:
+        with surroundings.kept("while it was loaded and instantiated"):
+            slave = FmuSlave(name, description, stack.enter_context(loaded_fmu(name, path, description)))
+        stack.callback(slave.close)
         try:
             yield slave
         finally:
-            slave.close()
+            with surroundings.kept("while it was freed and unloaded"):
+                stack.close()
 
 
 class KeptStates:

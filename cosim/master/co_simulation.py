@@ -11,6 +11,7 @@ import logging
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict
 from typing import Any
 
@@ -84,6 +85,9 @@ class Master:
     ----------
     system, slaves, stop_time, step_size, start_time, method
         As of `co_simulate`.
+    turn : callable, optional
+        Gives the context in which the slaves have their turn, from a communication point [s] on: each window of steps,
+        and whatever else they are asked for.
 
     Raises
     ------
@@ -109,8 +113,10 @@ class Master:
         step_size: float,
         start_time: float = 0.0,
         method: Method | None = None,
+        turn: Callable[[float], AbstractContextManager[object]] = nullcontext,
     ) -> None:
         method = method or Method()
+        self._turn = turn
         descriptions = {name: slave.description for name, slave in slaves.items()}
         system = in_declared_units(system, descriptions)
         start_values = check_system(system, descriptions)
@@ -138,8 +144,9 @@ class Master:
         }
         self._timings = {"initialise": 0.0, "step": 0.0}
         self.time = start_time
-        for name, block in self._run.blocks.items():
-            slaves[name].setup(block, start_values[name], start_time, max(stop_time, grid.end))
+        with turn(start_time):
+            for name, block in self._run.blocks.items():
+                slaves[name].setup(block, start_values[name], start_time, max(stop_time, grid.end))
 
     @property
     def done(self) -> float:
@@ -162,7 +169,8 @@ class Master:
             If a component refuses a value.
         """
         began = time.perf_counter()
-        settling = self._run.initialise()
+        with self._turn(self.time):
+            settling = self._run.initialise()
         self._record["initialisation"] = {"settled": settling.settled, "rounds": settling.rounds}
         self._timings["initialise"] += time.perf_counter() - began
 
@@ -179,7 +187,8 @@ class Master:
         windows = self._run.windows()
         while True:
             began = time.perf_counter()
-            window = next(windows, None)
+            with self._turn(self.time):
+                window = next(windows, None)
             self._timings["step"] += time.perf_counter() - began
             if window is None:
                 return
@@ -197,7 +206,8 @@ class Master:
             If a component cannot give its state; all must be able to, as `check_serialisable` tells.
         """
         run = self._run.snapshot()
-        states = {_state(name): np.frombuffer(slave.serialise(), np.uint8) for name, slave in self._slaves.items()}
+        with self._turn(self.time):
+            states = {_state(name): np.frombuffer(slave.serialise(), np.uint8) for name, slave in self._slaves.items()}
         notes: dict[str, Any] = {
             "run": run.notes,
             "account": self._observation.snapshot(),
@@ -212,19 +222,21 @@ class Master:
         self._run.restore(Snapshot(notes["run"], snapshot.arrays))
         self._observation.restore(notes["account"])
         self._timings, self.time = dict(notes["timings"]), float(notes["time"])
-        for name, slave in self._slaves.items():
-            slave.deserialise(snapshot.arrays[_state(name)].tobytes(), self.time)
+        with self._turn(self.time):
+            for name, slave in self._slaves.items():
+                slave.deserialise(snapshot.arrays[_state(name)].tobytes(), self.time)
 
     def end(self) -> dict[str, Any]:
         """Terminate all components, and return what is to be told of the run."""
         account = self.account()
-        for name in self._run.order:
-            try:
-                self._slaves[name].terminate()
-            except SlaveError as error:
-                if account.get("ended", {}).get("component") != name:
-                    raise
-                log.warning("%s", error)  # it has ended itself before
+        with self._turn(self.time):
+            for name in self._run.order:
+                try:
+                    self._slaves[name].terminate()
+                except SlaveError as error:
+                    if account.get("ended", {}).get("component") != name:
+                        raise
+                    log.warning("%s", error)  # it has ended itself before
         return account
 
     def account(self) -> dict[str, Any]:

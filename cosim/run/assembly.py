@@ -5,13 +5,13 @@ from __future__ import annotations
 import hashlib
 import logging
 import time
-from collections.abc import Collection, Generator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import Refusals, ScenarioError, SystemDefinitionError, suggestion
+from cosim.errors import Refusals, ScenarioError, SystemDefinitionError, format_time, suggestion
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
 from cosim.master.co_simulation import Master
@@ -103,6 +103,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             step_size=scenario.step_size if options.step_size is None else options.step_size,
             start_time=scenario.start_time,
             method=method,
+            turn=_turn([name for name in paths if name not in isolated]),
         )
         _refuse_unrecorded(scenario, [column.name for column in master.columns])
         provenance = {
@@ -149,6 +150,16 @@ def _opened(name: str, path: Path, description: Description, limits: Limits | No
     from cosim.fmi2.fmu_slave import open_fmu
 
     return open_fmu(name, path, description)
+
+
+def _turn(names: Sequence[str]) -> Callable[[float], AbstractContextManager[None]]:
+    """Return the context of a turn of the FMUs in this process, which leaves that as it was."""
+    if not names:
+        return lambda _: nullcontext()
+    from cosim.fmi2.surroundings import Surroundings
+
+    surroundings = Surroundings(names[0] if len(names) == 1 else f"one of {', '.join(names)}")
+    return lambda now: surroundings.kept(f"at t = {format_time(now)} s or in the steps after it")
 
 
 def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]:

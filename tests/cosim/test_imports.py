@@ -20,7 +20,7 @@ from cosim import open_trajectory
 from cosim.cli.app import app
 from cosim.errors import MissingPackageError, require
 
-HEAVY = ("fmu_manipulation_toolbox", "matplotlib", "pandas", "scipy", "xarray", "zarr")
+HEAVY = ("fmu_manipulation_toolbox", "matplotlib", "pandas", "pydantic", "scipy", "xarray", "zarr")
 
 
 def loaded_by(program: str) -> set[str]:

@@ -15,7 +15,8 @@ from cosim.check.examination.behaviour import ALONE
 from cosim.check.examination.instance import CallTrace
 from cosim.check.examination.worker import JOURNAL, TRACE, UNLOADING, CheckJob
 from cosim.check.verdict import Outcome, Verdict, failed, noted
-from cosim.fmi2.isolation.process import end_session, fault
+from cosim.fmi2.isolation.family import end_session
+from cosim.fmi2.isolation.process import fault
 
 _WAIT, _STARTUP = 0.02, 60.0
 Told = Callable[[str], None]
@@ -59,7 +60,7 @@ def run_checks(job: CheckJob, time_limit: float, tell: Told) -> list[Ended]:
         try:
             timed_out = _watch(process, folder, time_limit, tell)
         finally:
-            end_session(process)
+            end_session(process.pid)
             process.wait()
     return _ended(job, process.returncode, time_limit if timed_out else None)
 

@@ -14,7 +14,8 @@ class Limits:
     time : float
         For each call into it, s.
     memory : float
-        Beyond what its process holds before it is loaded, bytes. Kept on Linux and macOS.
+        Beyond what its process holds before it is loaded, bytes. On Linux all that descends from the process counts;
+        on macOS it counts alone, on Windows nobody counts.
     """
 
     time: float = 60.0

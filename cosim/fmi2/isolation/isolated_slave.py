@@ -6,23 +6,29 @@ A step is one request and one reply: the inputs written before it go with it, an
 from __future__ import annotations
 
 import logging
-import math
-import mmap
 import tempfile
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-from cosim.errors import EndRequestError, FmuFileError, LostSlaveError, RunError, SlaveError, format_time
-from cosim.fmi2.isolation.process import IsolatedProcess, Limits, ProcessLostError, Reply
-from cosim.fmi2.isolation.protocol import TEXTS, Operation, shape_of, shared_block, shared_size
-from cosim.recording.record import BASE_TYPES, Block
+from cosim.errors import LostSlaveError, RunError, format_time
+from cosim.fmi2.isolation import Limits
+from cosim.fmi2.isolation.process import IsolatedProcess, ProcessLostError, Reply
+from cosim.fmi2.isolation.protocol import (
+    MOST_STATE,
+    TEXTS,
+    Operation,
+    RowBytes,
+    driven_bytes,
+    output_bytes,
+    shape_of,
+)
+from cosim.recording.record import Block
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
 
 _NOT_WRITTEN = -1
-_STATE, _MOST_STATE = "state", 2**30
 
 
 class IsolatedSlave:
@@ -36,23 +42,22 @@ class IsolatedSlave:
         Of the FMU.
     process : IsolatedProcess
         In which it is loaded.
-    folder : Path
-        For the file through which values are exchanged.
     """
 
-    def __init__(self, name: str, description: Description, process: IsolatedProcess, folder: Path) -> None:
+    def __init__(self, name: str, description: Description, process: IsolatedProcess) -> None:
         self.name = name
         self._description = description
         self._process = process
-        self._folder = folder
         self._time = 0.0
         self._written = _NOT_WRITTEN
         self._up_to_date = False
-        self._started = False
         self._lost = False
         self._times: dict[int, float] = {}
         self._block: Block
-        self._shared: Block
+        self._driven: RowBytes
+        self._outputs: RowBytes
+        self._driven_with: dict[str, Any] | None = None
+        self._texts: list[str] = []
 
     @property
     def description(self) -> Description:
@@ -60,57 +65,48 @@ class IsolatedSlave:
         return self._description
 
     def setup(self, block: Block, start_values: Mapping[Variable, Value], start_time: float, stop_time: float) -> None:
-        """Share two rows of memory with the process, and have the start values set; times in s."""
+        """Tell the process what the block is like, and have the start values set; times in s."""
         self._time = start_time
         self._block = block
-        path = self._folder / "values"
-        path.write_bytes(bytes(shared_size(block)))
-        with path.open("r+b") as file:
-            memory = mmap.mmap(file.fileno(), 0)
-        self._shared = shared_block(block, memory)
-        self._process.share(memory)
+        self._driven, self._outputs = driven_bytes(block), output_bytes(block)
         values = [(variable.name, value) for variable, value in start_values.items()]
-        content = {"memory": str(path), "shape": shape_of(block), "start_values": values}
+        content = {"shape": shape_of(block), "start_values": values}
         self._ask(Operation.SETUP, time_=start_time, size=stop_time, content=content)
 
     def enter_initialization(self) -> None:
-        """Enter initialization mode."""
-        self._ask(Operation.ENTER)
+        """Enter initialization mode; a driven input that declares no start value begins with what it is in the FMU."""
+        driven = self._driven.take(0)
+        reply = self._ask(Operation.ENTER, data=driven, content=self._driven_texts(0), expected=len(driven))
+        self._driven.load(reply.data)
+        self._driven.put(0)
+        section = self._block.inputs["String"]
+        section.values[0, : section.driven] = self._told_texts(reply, section.driven)
 
     def exit_initialization(self) -> None:
         """Exit initialization mode."""
         self._ask(Operation.EXIT)
-        self._started = True
 
     def write(self, row: int) -> None:
         """Take the driven inputs from a row of the block; they are set together with what is asked for next."""
-        shared = min(row, 1)
-        for kind in BASE_TYPES:
-            section = self._block.inputs[kind]
-            if section.driven:
-                self._shared.inputs[kind].values[shared, : section.driven] = section.values[row, : section.driven]
-        if self._block.slopes is not None and self._shared.slopes is not None:
-            self._shared.slopes.values[shared] = self._block.slopes.values[row]
-        self._written = shared
+        self._driven.take(row)
+        self._driven_with = self._driven_texts(row)
+        self._written = min(row, 1)
         self._up_to_date = False
 
     def step(self, time: float, size: float) -> None:
         """Do one step from the communication point `time` [s] of the communication step size `size` [s]."""
         self._time = time
-        self._ask(Operation.STEP, time_=time, size=size)
+        self._take_outputs(self._ask(Operation.STEP, time_=time, size=size, expected=len(self._outputs.content)))
         self._time = time + size
-        self._up_to_date = True
 
     def read(self, row: int) -> None:
         """Put the outputs into a row of the block."""
         if not self._up_to_date:
-            self._ask(Operation.READ)
-        for kind in BASE_TYPES:
-            section = self._block.outputs[kind]
-            if section.variables:
-                section.values[row] = self._shared.outputs[kind].values[1]
-        if self._started and self._block.output_slopes is not None and self._shared.output_slopes is not None:
-            self._block.output_slopes.values[row] = self._shared.output_slopes.values[1]
+            self._take_outputs(self._ask(Operation.READ, expected=len(self._outputs.content)))
+        self._outputs.put(row)
+        section = self._block.outputs["String"]
+        if section.variables:
+            section.values[row] = self._texts
 
     def save(self, slot: int) -> None:
         """Keep the present state under a number."""
@@ -124,22 +120,17 @@ class IsolatedSlave:
         self._up_to_date = False
 
     def serialise(self) -> bytes:
-        """Return the present state as bytes, which come through a file."""
-        path = self._folder / _STATE
-        self._ask(Operation.SERIALISE, content={"state": str(path)})
-        return self._handed_over(path)
+        """Return the present state as bytes."""
+        return bytes(self._ask(Operation.SERIALISE, expected=MOST_STATE).data)
 
     def deserialise(self, content: bytes, time: float) -> None:
         """Go on from a state at the communication point `time` [s] that was written as bytes."""
-        path = self._folder / _STATE
-        path.write_bytes(content)
-        self._ask(Operation.DESERIALISE, time_=time, content={"state": str(path)})
+        self._ask(Operation.DESERIALISE, time_=time, data=content)
         self._time = time
         self._up_to_date = False
 
     def terminate(self) -> None:
         """Terminate the run."""
-        self._started = False
         self._ask(Operation.TERMINATE)
 
     def open(self, path: Path, limits: Limits) -> None:
@@ -147,7 +138,7 @@ class IsolatedSlave:
         try:
             self._process.await_start()
             content = {"name": self.name, "path": str(path), "memory": limits.memory}
-            self._take(self._process.ask(Operation.OPEN, content=content))
+            self._taken(self._process.ask(Operation.OPEN, content=content))
         except ProcessLostError as error:
             raise RunError(f"{self.name}: the FMU {error}") from None
 
@@ -156,62 +147,55 @@ class IsolatedSlave:
         if self._lost:
             return
         try:
-            self._take(self._process.ask(Operation.CLOSE))
+            self._taken(self._process.ask(Operation.CLOSE))
         except ProcessLostError as error:
             logging.getLogger("cosim").warning("%s: the FMU %s", self.name, error)
         except RunError as error:
             logging.getLogger("cosim").warning("%s", error)
 
-    def _told_time(self, told: object) -> float:
-        """Return a time that the process has told, s; the present one in place of nonsense."""
-        return told if isinstance(told, float) and math.isfinite(told) else self._time
-
-    def _handed_over(self, path: Path) -> bytes:
-        """Read a file that the process has written: a plain one of bounded size, as nothing it says is believed."""
-        try:
-            if not path.is_symlink() and path.is_file() and path.stat().st_size <= _MOST_STATE:
-                return path.read_bytes()
-        except OSError:
-            pass
-        raise RunError(f"{self.name} at t = {format_time(self._time)} s: the FMU's process handed over no state")
-
-    def _ask(self, operation: Operation, **arguments: Any) -> None:
+    def _ask(self, operation: Operation, **arguments: Any) -> Reply:
         """Have an operation done, and raise what it raises there."""
         write, self._written = self._written, _NOT_WRITTEN
-        if write != _NOT_WRITTEN and (driven := self._shared.inputs["String"].driven):
-            texts = self._shared.inputs["String"].values[write, :driven].tolist()
-            arguments["content"] = {**arguments.get("content", {}), TEXTS: texts}
+        if write != _NOT_WRITTEN:
+            arguments["data"], arguments["content"] = self._driven.content, self._driven_with
         try:
-            reply = self._process.ask(operation, write=write, **arguments)
+            reply = self._process.ask(operation, write, **arguments)
         except ProcessLostError as error:
             self._lost = True
             raise LostSlaveError(self.name, self._time, str(error)) from None
-        self._take(reply)
+        except BaseException:  # an interrupt: whoever is in the middle of something is not asked to end well
+            self._lost = True
+            raise
+        return self._taken(reply)
 
-    def _take(self, reply: Reply) -> None:
+    def _taken(self, reply: Reply) -> Reply:
         """Log what the FMU has said, and raise what went wrong."""
-        for message in reply.content.get("log", ()):
-            level, category, says_why, text = message
-            extra = {"category": str(category), "says_why": bool(says_why)}
-            logging.getLogger(f"cosim.fmi2.{self.name}").log(int(level), "%s", text, extra=extra)
-        if not reply.failed:
-            self._take_texts(reply.content.get(TEXTS))
-            return
-        error = reply.content.get("error", {})
-        if "end" in error:
-            raise EndRequestError(self.name, self._time, str(error.get("message", "")), self._told_time(error["end"]))
-        if "function" in error:
-            what = (str(error[key]) for key in ("function", "status", "message"))
-            raise SlaveError(self.name, self._time, *what)
-        kind = FmuFileError if error.get("file") else RunError
-        raise kind(str(error.get("text", "")))
+        if reply.content is not None or reply.failed:
+            from cosim.fmi2.isolation.reply import failure, log_messages  # with pydantic, which silent FMUs do without
 
-    def _take_texts(self, texts: object) -> None:
-        """Take strings that have been read there; what is no string, or one too many, is none."""
-        if isinstance(texts, list):
-            values = self._shared.outputs["String"].values
-            for column, text in enumerate(cast(list[object], texts)[: values.shape[1]]):
-                values[1, column] = str(text)
+            log_messages(self.name, reply.content)
+            if reply.failed:
+                raise failure(self.name, self._time, reply.content)
+        return reply
+
+    def _take_outputs(self, reply: Reply) -> None:
+        """Keep the outputs that came with a reply until they are read."""
+        self._outputs.load(reply.data)
+        self._texts = self._told_texts(reply, len(self._block.outputs["String"].variables))
+        self._up_to_date = True
+
+    def _driven_texts(self, row: int) -> dict[str, Any] | None:
+        """Return what goes with a row of driven inputs if there are strings among them."""
+        section = self._block.inputs["String"]
+        return {TEXTS: section.values[row, : section.driven].tolist()} if section.driven else None
+
+    def _told_texts(self, reply: Reply, count: int) -> list[str]:
+        """Return the strings that came with a reply, of which there have to be so many."""
+        texts = [] if reply.content is None else reply.content.texts
+        if len(texts) != count:
+            how = f"told {len(texts)} strings where {count} were expected"
+            raise RunError(f"{self.name} at t = {format_time(self._time)} s: the FMU's process {how}")
+        return texts
 
 
 @contextmanager
@@ -240,9 +224,12 @@ def open_isolated_fmu(
     """
     limits = limits or Limits()
     with tempfile.TemporaryDirectory(prefix="cosim-", ignore_cleanup_errors=True) as folder:
-        process = IsolatedProcess(Path(folder), limits)
         try:
-            slave = IsolatedSlave(name, description, process, Path(folder))
+            process = IsolatedProcess(Path(folder), limits)
+        except OSError as error:
+            raise RunError(f"{name}: no process can be started for the FMU: {error.strerror or error}") from error
+        try:
+            slave = IsolatedSlave(name, description, process)
             slave.open(path, limits)
             try:
                 yield slave

@@ -1,4 +1,4 @@
-"""The process in which an isolated FMU runs: python -m cosim.fmi2.isolation.worker, asked through standard input.
+"""Work with one isolated FMU, asked through standard input; `cosim.fmi2.isolation.keeper` starts the process.
 
 It does with the FMU what `cosim.fmi2.fmu_slave.FmuSlave` does in the master's process, so that the numbers are the
 same.
@@ -20,24 +20,25 @@ from typing import Any
 from cosim.errors import CosimError, EndRequestError, FmuFileError, SlaveError
 from cosim.fmi2.fmu_slave import FmuSlave, open_fmu
 from cosim.fmi2.isolation.protocol import (
-    HEADER,
+    NOTE,
     REPLY,
-    REQUEST,
     TEXTS,
     Operation,
-    block_of,
+    PackedRows,
+    packed_block,
     receive,
     send,
-    shared_block,
 )
 from cosim.fmi2.model_description import read_description
-from cosim.recording.record import Block
+from cosim.recording.record import Block, Section
 from cosim.system.description import Description
 
 _LOOK = 0.02
+_NOTHING = b""
+_OPERATIONS: dict[int, Operation] = {each.value: each for each in Operation}
 # Address space that allocators set aside for threads without holding memory there: an arena and a stack each, bytes.
 _SET_ASIDE = 2**28
-_MOST_MESSAGES, _LONGEST_MESSAGE = 100, 1000
+_MOST_MESSAGES, _LONGEST_MESSAGE, _LONGEST_SENTENCE = 100, 1000, 10000
 _PAGES = Path("/proc/self/statm")
 
 
@@ -46,99 +47,105 @@ class Messages(logging.Handler):
 
     def __init__(self) -> None:
         super().__init__(logging.INFO)
-        self._kept: list[tuple[int, str, bool, str]] = []
+        self._kept: list[dict[str, Any]] = []
 
     def emit(self, record: logging.LogRecord) -> None:
         """Keep a message, unless there are too many."""
         if len(self._kept) < _MOST_MESSAGES:
             category, says_why = getattr(record, "category", ""), getattr(record, "says_why", False)
-            self._kept.append((record.levelno, category, says_why, record.getMessage()[:_LONGEST_MESSAGE]))
+            text = _plain(record.getMessage(), _LONGEST_MESSAGE)
+            level = min(record.levelno, logging.CRITICAL)
+            said = {"level": level, "category": _plain(category, _LONGEST_MESSAGE), "says_why": says_why, "text": text}
+            self._kept.append(said)
 
-    def take(self) -> list[tuple[int, str, bool, str]]:
+    def take(self) -> list[dict[str, Any]]:
         """Return what has been kept, and forget it."""
         taken, self._kept = self._kept, []
         return taken
 
 
-class Memory:
-    """The memory shared with the master: until there is any, what is noted is noted nowhere."""
+class Note:
+    """Tells what the process is doing, in a file that the master reads once the process is lost."""
 
-    def __init__(self) -> None:
-        self._shared: mmap.mmap | None = None
-
-    def share(self, path: Path) -> mmap.mmap:
-        """Map a file."""
+    def __init__(self, path: Path) -> None:
         with path.open("r+b") as file:
-            self._shared = mmap.mmap(file.fileno(), 0)
-        return self._shared
+            self._memory = mmap.mmap(file.fileno(), NOTE.size)
 
-    def note(self, operation: Operation) -> None:
+    def doing(self, operation: Operation) -> None:
         """Note what is about to be done, in case it is the last thing."""
-        if self._shared is not None:
-            self._shared[0] = operation
+        self._memory[0] = operation
 
-    def note_held(self, held: int) -> None:
+    def holding(self, held: int) -> None:
         """Note how much memory was too much."""
-        if self._shared is not None:
-            HEADER.pack_into(self._shared, 0, self._shared[0], held)
+        NOTE.pack_into(self._memory, 0, self._memory[0], held)
 
 
 class Worker:
     """Does what it is asked to with one FMU."""
 
-    def __init__(self, requests: int, replies: int) -> None:
+    def __init__(self, requests: int, replies: int, note: Note) -> None:
         self._requests = requests
         self._replies = replies
-        self._memory = Memory()
+        self._note = note
+        self._process = os.getpid()
         self._messages = Messages()
         self._stack = ExitStack()
         self._description: Description
         self._slave: FmuSlave
         self._block: Block
+        self._driven: PackedRows
+        self._outputs: PackedRows
         logging.getLogger("cosim").addHandler(self._messages)
         logging.getLogger("cosim").propagate = False
+        logging.getLogger("cosim.surroundings").disabled = True  # they are the FMU's own here
 
     def work(self) -> None:
         """Answer until told to close, or until the master is gone."""
-        send(self._replies, REPLY.pack(False, 0))
+        send(self._replies, REPLY.pack(0, Operation.START, False, 0, 0))
         operation = Operation.START
         while operation is not Operation.CLOSE:
-            number, write, slot, now, size, length = REQUEST.unpack(receive(self._requests, REQUEST.size))
-            content: dict[str, Any] = json.loads(receive(self._requests, length)) if length else {}
-            operation = Operation(number)
-            error: dict[str, Any] | None = None
+            (number, asked, write, slot, now, size, *_), data, text = receive(self._requests)
+            operation = _OPERATIONS[asked]
+            result, content = _NOTHING, dict[str, Any]()
             try:
+                given: dict[str, Any] = json.loads(text) if text else {}
                 if write >= 0:
-                    self._memory.note(Operation.WRITE)
-                    self._write(write, content)
-                self._memory.note(operation)
-                self._do(operation, slot, now, size, content)
-            except CosimError as failure:
-                error = _as_content(failure)
-            self._reply(error, operation)
+                    self._note.doing(Operation.WRITE)
+                    self._take_driven(write, data, given)
+                    self._slave.write(write)
+                self._note.doing(operation)
+                result, content = self._do(operation, slot, now, size, data, given)
+            except Exception as failure:  # whatever it is, the master is to tell it
+                content["error"] = _as_content(failure)
+            if os.getpid() != self._process:
+                os._exit(0)  # the FMU has forked, and it is for the other one to answer
+            self._reply(number, operation, result, content)
 
-    def _do(self, operation: Operation, slot: int, now: float, size: float, content: dict[str, Any]) -> None:
+    def _do(
+        self, operation: Operation, slot: int, now: float, size: float, data: bytes, given: dict[str, Any]
+    ) -> tuple[bytes | memoryview, dict[str, Any]]:
+        """Do an operation; return the numbers and the texts that come of it."""
         match operation:
             case Operation.STEP:
                 self._slave.step(now, size)
-                self._memory.note(Operation.READ)
-                self._slave.read(1)
+                self._note.doing(Operation.READ)
+                return self._read()
             case Operation.READ:
-                self._slave.read(1)
+                return self._read()
             case Operation.SAVE:
                 self._slave.save(slot)
             case Operation.RESTORE:
                 self._slave.restore(slot)
             case Operation.SERIALISE:
-                Path(content["state"]).write_bytes(self._slave.serialise())
+                return self._slave.serialise(), {}
             case Operation.DESERIALISE:
-                self._slave.deserialise(Path(content["state"]).read_bytes(), now)
+                self._slave.deserialise(data, now)
             case Operation.OPEN:
-                self._open(content)
+                self._open(given)
             case Operation.SETUP:
-                self._set_up(content, now, size)
+                self._set_up(given, now, size)
             case Operation.ENTER:
-                self._slave.enter_initialization()
+                return self._enter(data, given)
             case Operation.EXIT:
                 self._slave.exit_initialization()
             case Operation.TERMINATE:
@@ -147,78 +154,94 @@ class Worker:
                 self._stack.close()
             case Operation.START | Operation.WRITE:
                 pass
+        return _NOTHING, {}
 
-    def _open(self, content: dict[str, Any]) -> None:
-        limit_memory(int(content["memory"]), self._memory)
-        path = Path(content["path"])
+    def _open(self, given: dict[str, Any]) -> None:
+        limit_memory(int(given["memory"]), self._note)
+        path = Path(given["path"])
         self._description = read_description(path)
-        self._slave = self._stack.enter_context(open_fmu(content["name"], path, self._description))
+        self._slave = self._stack.enter_context(open_fmu(given["name"], path, self._description))
 
-    def _set_up(self, content: dict[str, Any], start_time: float, stop_time: float) -> None:
-        memory = self._memory.share(Path(content["memory"]))
-        self._memory.note(Operation.SETUP)
-        block = self._block = shared_block(block_of(content["shape"], self._description), memory)
-        values = {self._description.by_name[name]: value for name, value in content["start_values"]}
-        self._slave.setup(block, values, start_time, stop_time)
+    def _set_up(self, given: dict[str, Any], start_time: float, stop_time: float) -> None:
+        self._block, self._driven, self._outputs = packed_block(given["shape"], self._description)
+        values = {self._description.by_name[name]: value for name, value in given["start_values"]}
+        self._slave.setup(self._block, values, start_time, stop_time)
 
-    def _write(self, row: int, content: dict[str, Any]) -> None:
+    def _enter(self, data: bytes, given: dict[str, Any]) -> tuple[memoryview, dict[str, Any]]:
+        """Enter initialization mode, in which driven inputs without a start value get the FMU's."""
+        self._take_driven(0, data, given)
+        self._slave.enter_initialization()
+        section = self._block.inputs["String"]
+        return self._driven.row(0), _texts(section, 0, section.driven)
+
+    def _read(self) -> tuple[memoryview, dict[str, Any]]:
+        self._slave.read(1)
+        section = self._block.outputs["String"]
+        return self._outputs.row(1), _texts(section, 1, len(section.variables))
+
+    def _take_driven(self, row: int, data: bytes, given: dict[str, Any]) -> None:
+        self._driven.row(row)[:] = data
         section = self._block.inputs["String"]
         if section.driven:
-            section.values[row, : section.driven] = content[TEXTS]
-        self._slave.write(row)
+            section.values[row, : section.driven] = given[TEXTS]
 
-    def _reply(self, error: dict[str, Any] | None, operation: Operation) -> None:
-        content: dict[str, Any] = {"error": error} if error else {}
-        if not error and operation in (Operation.STEP, Operation.READ) and self._block.outputs["String"].variables:
-            content[TEXTS] = self._block.outputs["String"].values[1].tolist()
+    def _reply(self, number: int, operation: Operation, result: bytes | memoryview, content: dict[str, Any]) -> None:
         if messages := self._messages.take():
             content["log"] = messages
         text = json.dumps(content).encode() if content else b""
-        send(self._replies, REPLY.pack(error is not None, len(text)) + text)
+        head = REPLY.pack(number, operation, "error" in content, len(text), len(result))
+        send(self._replies, b"".join((head, result, text)))
 
 
-def _as_content(error: CosimError) -> dict[str, Any]:
+def _texts(section: Section, row: int, count: int) -> dict[str, Any]:
+    return {TEXTS: section.values[row, :count].tolist()} if count else {}
+
+
+def _as_content(error: Exception) -> dict[str, Any]:
     """Write an error so that the master can raise its like."""
     if isinstance(error, EndRequestError):
-        return {"end": error.end, "message": error.message[:_LONGEST_MESSAGE]}
+        return {"kind": "end", "end": error.end, "message": _plain(error.message, _LONGEST_SENTENCE)}
     if isinstance(error, SlaveError):
-        return {"function": error.function, "status": error.status, "message": error.message[:_LONGEST_MESSAGE]}
-    return {"text": str(error)[: 10 * _LONGEST_MESSAGE], "file": isinstance(error, FmuFileError)}
+        message = _plain(error.message, _LONGEST_SENTENCE)
+        return {"kind": "call", "function": error.function, "status": error.status, "message": message}
+    text = str(error) if isinstance(error, CosimError) else f"the FMU's process failed: {type(error).__name__}: {error}"
+    return {"kind": "refused", "text": _plain(text, _LONGEST_SENTENCE), "file": isinstance(error, FmuFileError)}
 
 
-def limit_memory(most: int, memory: Memory) -> None:
-    """End this process when it holds more bytes than now by `most`, or when the master is gone.
+def _plain(text: str, longest: int) -> str:
+    """Return a text of bounded length that can be written in UTF-8, which names of files need not be."""
+    return text[:longest].encode("utf-8", "replace").decode()
 
-    Memory that is held is looked at every 20 ms. Where the system can (on Linux), it refuses address space beyond twice
-    the limit, and some for threads, at once, which an FMU sees as an allocation that fails. No core is dumped.
+
+def limit_memory(most: int, note: Note) -> None:
+    """See to it that this process holds at most so many bytes more than now, as far as it has to itself.
+
+    On Linux the master looks at what is held, and the system refuses address space beyond twice the limit, and some for
+    threads, at once, which an FMU sees as an allocation that fails. Elsewhere the process looks every 20 ms, also
+    whether the master is still there.
     """
-    if sys.platform != "win32":
+    if sys.platform == "linux":
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        if sys.platform == "linux":
-            space = _pages()[0] + 2 * most + _SET_ASIDE
-            resource.setrlimit(resource.RLIMIT_AS, (space, space))
-    first = _held()
-    master = os.getppid()
+        space = _address_space() + 2 * most + _SET_ASIDE
+        resource.setrlimit(resource.RLIMIT_AS, (space, space))
+        return
+    first, master = _most_held(), os.getppid()
 
     def look() -> None:
         while True:
             time.sleep(_LOOK)
-            held = _held() - first
+            held = _most_held() - first
             if held > most:
-                memory.note_held(held)
-                os._exit(1)
-            if os.getppid() != master:
+                note.holding(held)
+            if held > most or os.getppid() != master:
                 os._exit(1)
 
     threading.Thread(target=look, daemon=True).start()
 
 
-def _held() -> int:
-    """Return the bytes of memory that this process holds, or has held where the system tells only that."""
-    if sys.platform == "linux":
-        return _pages()[1]
+def _most_held() -> int:
+    """Return the bytes of memory that this process has held at most, where the system tells (getrusage(2) on macOS)."""
     if sys.platform == "darwin":
         import resource
 
@@ -226,24 +249,24 @@ def _held() -> int:
     return 0
 
 
-def _pages() -> tuple[int, int]:
-    """Return address space and resident memory on Linux (proc_pid_statm(5)), bytes."""
-    size = os.sysconf("SC_PAGE_SIZE")
-    total, resident = _PAGES.read_text().split()[:2]
-    return int(total) * size, int(resident) * size
+def _address_space() -> int:
+    """Return the size of the address space on Linux (proc_pid_statm(5)), bytes."""
+    return int(_PAGES.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
 
 
-def main() -> None:
-    """Take over standard input and output, which are the pipes, so that what the FMU prints goes to standard error."""
+def work(note: str) -> None:
+    """Take over standard input and output, which are the channel, so that what the FMU prints goes to standard error.
+
+    Parameters
+    ----------
+    note : str
+        Path of the file in which to note what is being done.
+    """
     requests, replies = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
     os.dup2(2, 1)
     try:
-        Worker(requests, replies).work()
-    except (EOFError, BrokenPipeError):
+        Worker(requests, replies, Note(Path(note))).work()
+    except (EOFError, OSError):
         os._exit(1)
-
-
-if __name__ == "__main__":
-    main()

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -94,6 +97,20 @@ def test_values_of_every_type_arrive(probe: Path) -> None:
     system = System((Component("a", probe, parameters), Component("b", probe)), connections, inputs)
     coupled = Scenario("types", system, stop_time=1.0, step_size=0.1, method=Method("gauss-seidel"))
     assert same_bits(simulate(coupled), simulate(coupled, isolate=True))
+
+
+@pytest.mark.parametrize("order", [("offering", "dividing"), ("dividing", "offering")])
+def test_an_input_without_a_start_value_begins_with_what_it_is_in_the_isolated_fmu(
+    make_probe: Callable[..., Path], order: tuple[str, ...]
+) -> None:
+    old = 'name="u" valueReference="0" causality="input"><Real start="0"'
+    probe = make_probe(replace={old: old.replace('start="0"', "")})
+    connection = Connection("offering.u_seen", "dividing.u")  # which fails if its u is 0
+    system = System(tuple(Component(name, probe) for name in order), (connection,), {"offering.u": Constant(5.0)})
+    coupled = Scenario("start", system, stop_time=1.0, step_size=0.1)
+    isolated = simulate(coupled, isolate=True)
+    assert isolated["dividing.u"].tolist() == [5.0] * 11
+    assert same_bits(simulate(coupled), isolated)
 
 
 @pytest.mark.parametrize(("fault", "how"), FAULTS)
@@ -204,6 +221,28 @@ def test_a_restored_state_repeats_the_same_bits(probe: Path) -> None:
         assert block.outputs["Real"].values[0, 0] == 0.0
 
 
+def test_the_process_outlives_the_thread_that_started_it(probe: Path) -> None:
+    description = read_description(probe)
+    with ExitStack() as stack, ThreadPoolExecutor(1) as pool:
+        slave = pool.submit(stack.enter_context, open_isolated_fmu("guest", probe, description)).result()
+        pool.shutdown()
+        block = allocate_block(description, ["u"], {}, 2)
+        slave.setup(block, {}, 0.0, 1.0)
+        slave.enter_initialization()
+        slave.exit_initialization()
+        slave.step(0.0, 0.1)
+
+
+def test_that_no_process_can_be_started_is_told(probe: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
+
+    monkeypatch.setattr("subprocess.Popen", refuse)
+    told = "^guest: no process can be started for the FMU: Resource temporarily unavailable$"
+    with pytest.raises(RunError, match=told):
+        simulate(scenario(probe), isolate=True)
+
+
 TOML = """
 stop_time = 1e6
 step_size = 0.001
@@ -222,27 +261,36 @@ def running(probe: Path, tmp_path: Path):
     (tmp_path / "guest.toml").write_text(TOML.replace("1e6", "1000"))
     command = [sys.executable, "-m", "cosim", "run", "guest.toml"]
     process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    while not (found := children.read_text().split()) or not is_stepping(int(found[0])):
+    while not (found := [each for each in descendants_of(process.pid) if is_stepping(each)]):
         assert process.poll() is None
         time.sleep(0.05)
-    yield process, int(found[0])
+    yield process, found[0]
     process.kill()
     process.wait()
     assert process.stderr is not None
     process.stderr.close()
 
 
+def descendants_of(process: int) -> list[int]:
+    children = told_of(process, f"task/{process}/children").split()
+    return [one for child in map(int, children) for one in (child, *descendants_of(child))]
+
+
 def is_stepping(process: int) -> bool:
-    return "probe.so" in Path(f"/proc/{process}/maps").read_text()
+    return "probe.so" in told_of(process, "maps")
+
+
+def told_of(process: int, file: str) -> str:
+    """Return what /proc tells of a process, nothing if it has ended."""
+    try:
+        return Path(f"/proc/{process}/{file}").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
 
 
 def is_gone(process: int) -> bool:
-    status = Path(f"/proc/{process}/status")
-    try:
-        return "State:\tZ" in status.read_text()
-    except (FileNotFoundError, ProcessLookupError):
-        return True
+    status = told_of(process, "status")
+    return not status or "State:\tZ" in status
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

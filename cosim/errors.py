@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import unicodedata
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -188,6 +189,21 @@ def format_time(time: float) -> str:
     """Write a time in seconds with at least two decimals and no rounding noise."""
     short = f"{time:.2f}"
     return short if abs(float(short) - time) <= 1e-9 * max(1.0, abs(time)) else f"{time:.9g}"
+
+
+def printable(text: str) -> str:
+    """Return a text with what a terminal or a reader would be led astray by written out.
+
+    That is all but letters, marks, digits, punctuation, symbols, spaces and ends of lines: escape sequences, other
+    control characters, C1 among them, and those that turn the direction of writing.
+    """
+    return "".join(map(_written_out, text)) if not text.isprintable() else text
+
+
+def _written_out(each: str) -> str:
+    """Write a character out, if need be."""
+    harmless = each.isprintable() or each == "\n" or unicodedata.category(each) == "Zs"
+    return each if harmless else each.encode("unicode_escape").decode()
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

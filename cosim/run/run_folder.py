@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from cosim.errors import OutputError
+from cosim.files import locked, why
 from cosim.run.report import MANIFEST, UNFINISHED, read_content, was_streamed, written_files
 
 
@@ -53,9 +54,10 @@ def run_folder(path: Path, files: Iterable[str] = ()) -> Generator[Path]:
         raise OutputError(f"output folder {path} cannot be written: {error.strerror}") from error
     try:
         yield draft
-        _put_in_place(draft, path, earlier)
-    except OSError as error:
-        raise OutputError(f"output folder {path} cannot be written: {error.strerror or error}") from error
+        try:
+            _put_in_place(draft, path, earlier)
+        except OSError as error:
+            raise OutputError(f"output folder {path} cannot be written: {why(error)}") from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
         remove_empty(made)
@@ -73,6 +75,24 @@ def refuse_occupied(path: Path) -> None:
     _refuse_foreign(path)
     if path.exists() and any(path.iterdir()):
         raise OutputError(f"output folder {path} holds a run already; expected a new folder for a streamed one")
+
+
+@contextmanager
+def held(path: Path) -> Generator[None]:
+    """Keep other programs from going on with the run in a folder while the block runs.
+
+    Raises
+    ------
+    OutputError
+        If one has begun to.
+    """
+    if not path.is_dir():
+        yield
+        return
+    with locked(path) as free:
+        if not free:
+            raise OutputError(f"output folder {path} is in use: the run in it is going on")
+        yield
 
 
 def _refuse_foreign(path: Path) -> None:

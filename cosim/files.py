@@ -102,7 +102,7 @@ def replace_file(path: Path, content: bytes, *, durable: bool = True) -> None:
     OSError
         If it cannot be written; what was there before is left alone then.
     """
-    draft = path.with_name(f".{path.name}.new")
+    draft = draft_of(path)
     with suppress(FileNotFoundError):
         draft.unlink()  # a killed program may have left it, and somebody else may have put a link there
     descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | _BINARY, 0o666)
@@ -120,6 +120,11 @@ def replace_file(path: Path, content: bytes, *, durable: bool = True) -> None:
         raise
     if durable:
         _sync_folder(path.parent)
+
+
+def draft_of(path: Path) -> Path:
+    """Return where a file is written before it takes its place."""
+    return path.with_name(f".{path.name}.new")
 
 
 def write_all(descriptor: int, content: bytes) -> None:

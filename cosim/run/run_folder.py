@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from cosim.errors import OutputError
-from cosim.files import locked, why
+from cosim.files import draft_of, locked, why
 from cosim.run.report import MANIFEST, UNFINISHED, read_content, was_streamed, written_files
 
 
@@ -73,7 +73,7 @@ def refuse_occupied(path: Path) -> None:
     """
     path = Path(os.path.realpath(path))
     _refuse_foreign(path)
-    if path.exists() and any(path.iterdir()):
+    if path.exists() and not _is_empty(path):
         raise OutputError(f"output folder {path} holds a run already; expected a new folder for a streamed one")
 
 
@@ -102,7 +102,7 @@ def _refuse_foreign(path: Path) -> None:
     if not path.is_dir():
         raise OutputError(f"output folder {path} is a file; expected a folder or nothing")
     try:
-        empty = not any(path.iterdir())
+        empty = _is_empty(path)
     except OSError as error:
         raise OutputError(f"output folder {path} cannot be read: {error}") from error
     manifest = read_content(path)
@@ -116,6 +116,11 @@ def _refuse_foreign(path: Path) -> None:
         )
     if not os.access(path, os.W_OK):
         raise OutputError(f"output folder {path} cannot be written: Permission denied")
+
+
+def _is_empty(path: Path) -> bool:
+    """Tell whether a folder holds nothing, or only the draft of a manifest, of a run that was killed before it began."""
+    return all(entry.name == draft_of(path / MANIFEST).name for entry in path.iterdir())
 
 
 def _earlier(path: Path) -> set[str]:

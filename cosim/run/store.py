@@ -44,6 +44,10 @@ class Store(Protocol):
         """Bring everything to disk and note what is to be said of the run."""
         ...
 
+    def release(self) -> None:
+        """Let go of what is open, whatever has become of the run."""
+        ...
+
 
 def decimate(columns: Sequence[Column], strides: Mapping[str, int]) -> dict[int, tuple[Column, ...]]:
     """Sort columns by stride.
@@ -166,9 +170,12 @@ class CsvStore:
     def close(self, attributes: Mapping[str, Any]) -> None:
         """Bring everything to disk; attributes have no place in CSV."""
         del attributes
-        with _writing(self._folder):
-            for sheet in self._sheets:
-                sheet.close()
+        self.commit()
+
+    def release(self) -> None:
+        """Close the files."""
+        for sheet in self._sheets:
+            sheet.close()
 
 
 def csv_file(folder: Path, stride: int) -> Path:

@@ -206,7 +206,10 @@ def finish(folder: Path, saved: Checkpoint) -> Result:
             else reopen_zarr(folder / TRAJECTORY, None, notes.position, notes.proof)
         )
         result = kept_result(saved.arrays, notes.units or {}, record)
-        store.close(_attributes("complete", float(result.time[-1]), record))
+        try:
+            store.close(_attributes("complete", float(result.time[-1]), record))
+        finally:
+            store.release()
     except _SENSELESS as error:
         raise CheckpointError(f"{folder / CHECKPOINT} is damaged: {why(error)}") from error
     return result
@@ -318,6 +321,10 @@ class _StreamedRun:
         record = self._assembly.report(self.master.account()).record()
         self._store.close(_attributes(state, self.master.time, record))
 
+    def release(self) -> None:
+        """Let go of what is open."""
+        self._store.release()
+
     def complete(self) -> Result:
         """End the run; its last checkpoint has what is to be reported of it."""
         self.master.end()
@@ -342,6 +349,8 @@ def _opened(run: _StreamedRun, saved: Checkpoint | None) -> Generator[None]:
         with suppress(OutputError):  # the disk may be full, which is what is told then
             run.close(f"failed: {error}")
         raise
+    finally:
+        run.release()
 
 
 def _advance(run: _StreamedRun, interval: float, progress: Progress | None, *, first: bool) -> None:

@@ -148,6 +148,9 @@ class ZarrStore:
             self._index.closed = True
             self._index.write(self._path)
 
+    def release(self) -> None:
+        """Do nothing, as no file stays open."""
+
     def _write(self, axes: Sequence[_Axis], *, durable: bool) -> None:
         """Write the chunks of some axes that are not on disk yet, the index first.
 

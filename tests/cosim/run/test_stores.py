@@ -99,16 +99,19 @@ def test_csv_is_the_same_text_however_it_was_cut(course: tuple[list[int], int], 
         whole = create_csv(Path(one), columns)
         whole.take(rows(0, ROWS))
         whole.close({})
+        whole.release()
         store = create_csv(Path(other), columns)
         position, proof = store.commit(), store.proof
         for place, (first, last) in enumerate(pairwise(places)):
             store.take(rows(first, last))
             if place == left:
                 store.close({})
+                store.release()
                 store = reopen_csv(Path(other), columns, position, proof)
                 store.take(rows(first, last))
             position, proof = store.commit(), store.proof
         store.close({})
+        store.release()
         for stride, chosen in columns.items():
             text = csv_file(Path(other), stride).read_bytes()
             assert text == csv_file(Path(one), stride).read_bytes()

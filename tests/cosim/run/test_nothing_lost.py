@@ -1,0 +1,97 @@
+"""Whatever interrupts a streamed run, nothing that was stored is lost, and what comes of it is what would have come.
+
+Full disks and deaths are put at every single operation that changes the folder.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
+
+from cosim.errors import InputError, OutputError
+from tests.cosim.run.damage import KINDS, attacked
+from tests.cosim.run.faults import MODES, KilledError, faults
+from tests.cosim.run.jobs import Outcome, go_on, manifest_of, outcome, rows_of, sketch, small
+
+pytestmark = [
+    pytest.mark.hardening,
+    pytest.mark.skipif(sys.platform != "linux", reason="what a descriptor belongs to is asked of /proc"),
+]
+ROOT = Path(__file__).parents[3]
+FORMATS = {"zarr": ("light",), "csv": ("light", "heavy")}
+
+
+@pytest.fixture
+def place(monkeypatch: pytest.MonkeyPatch) -> Generator[Path]:
+    """A folder in memory, where there is one: what is waited for a disk thousands of times tells nothing."""
+    with tempfile.TemporaryDirectory(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None) as folder:
+        monkeypatch.setattr(tempfile, "tempdir", folder)
+        yield Path(folder)
+
+
+@pytest.fixture(autouse=True)
+def quick_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cosim.drilling.reporting.draw", sketch)
+
+
+def assert_readable(folder: Path, truth: Outcome) -> None:
+    """Assert that what is there is right, and that there is something as soon as there is a checkpoint."""
+    try:
+        truth.assert_begins_with(Outcome(rows_of(folder), {}))
+    except InputError:
+        assert not list(folder.rglob("checkpoint.npz"))
+
+
+@pytest.mark.parametrize("store", FORMATS)
+@pytest.mark.parametrize("mode", MODES)
+def test_a_fault_at_any_operation_leaves_a_folder_that_is_read_and_gone_on_with(
+    store: str, mode: str, place: Path
+) -> None:
+    job = small(place, *FORMATS[store], csv=store == "csv")
+    with faults(place / "truth", mode, 0) as counted:
+        go_on(job, place / "truth")
+    truth = outcome(place / "truth")
+    assert counted.count > 40
+    failures = 0
+    for at in range(1, counted.count + 1):
+        folder = place / "run"
+        try:
+            with faults(folder, mode, at):
+                go_on(job, folder)
+        except (OutputError, KilledError):
+            failures += 1
+        if folder.exists():
+            assert_readable(folder, truth)
+        if not folder.exists() or "state" in manifest_or_nothing(folder):
+            go_on(job, folder)
+        outcome(folder).assert_same(truth)
+        shutil.rmtree(folder)
+    assert failures > 0.9 * counted.count, "a figure that fails is no failure"
+
+
+def manifest_or_nothing(folder: Path) -> dict[str, object]:
+    """Return the manifest, or what stands for one that is still to be written."""
+    return manifest_of(folder) if (folder / "manifest.json").exists() else {"state": "not begun"}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_damage_of_a_folder_is_named_or_harmless(seed: int, place: Path) -> None:
+    counts, wrong = attacked(250, seed, place)
+    assert not wrong, "\n".join(wrong)
+    assert counts.total() == 250
+    assert sum(counts[f"{kind}: named"] for kind in KINDS) > 150, "most of the bytes matter"
+
+
+def test_runs_killed_at_random_moments_end_as_others_do() -> None:
+    command = [sys.executable, "-m", "tests.cosim.run.killing", "40", "1"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert re.search(r"^4\d kills of \d+ runs, 0 wrong$", done.stdout, re.M)

@@ -110,6 +110,11 @@ class _Plan:
             options, streaming = RunOptions.from_json(content["choices"]), Streaming.from_json(content["streaming"])
             rest = {name: content[name] for name in ("source", "variants", "labels")}
             plan = fitting(cls(choices=options, streaming=streaming, **rest))
+            for label in plan.labels if len(plan.labels) > 1 else ():
+                if label in ("", ".", "..") or Path(label).name != label:
+                    raise ValueError(f"{label!r} is no name of a folder")
+            if not plan.labels or len(set(plan.labels)) < len(plan.labels):
+                raise ValueError("labels are missing, or there twice")
             return replace(plan, choices=replace(plan.choices, overrides=options.overrides))
 
     @property
@@ -121,7 +126,11 @@ class _Plan:
     def opened(self) -> Generator[Job]:
         """Load the scenario for as long as it is needed."""
         with opened_scenario(self.source, self.choices.stop_time, self.choices.step_size) as scenario:
-            yield Job(scenario, self.choices, tuple(self.variants), self.streaming, self.source)
+            job = Job(scenario, self.choices, tuple(self.variants), self.streaming, self.source)
+            if list(job.labels) != self.labels:
+                told = f"its variants are {', '.join(job.labels)} now; expected {', '.join(self.labels)}"
+                raise CheckpointError(f"{self.source} is another scenario than the one that was begun: {told}")
+            yield job
 
 
 def _subfolders(labels: Sequence[str]) -> tuple[str, ...]:

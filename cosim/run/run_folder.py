@@ -119,7 +119,7 @@ def _refuse_foreign(path: Path) -> None:
 
 
 def _is_empty(path: Path) -> bool:
-    """Tell whether a folder holds nothing, or only the draft of a manifest, of a run that was killed before it began."""
+    """Tell whether a folder holds nothing, or only the draft that a run has left which was killed as it began."""
     return all(entry.name == draft_of(path / MANIFEST).name for entry in path.iterdir())
 
 

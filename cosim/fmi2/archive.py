@@ -16,7 +16,6 @@ import re
 import shutil
 import stat
 import struct
-import tempfile
 import unicodedata
 import zipfile
 import zlib
@@ -26,7 +25,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from cosim.errors import FmuFileError, InputError, OutputError
-from cosim.files import open_file, why
+from cosim.files import open_file, replace_file, why
 
 MOST_MEMBERS = 20_000
 MOST_BYTES = 4 * 2**30
@@ -421,9 +420,6 @@ def put_in_place(path: Path, content: bytes) -> None:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as folder:
-            draft = Path(folder, path.name)
-            draft.write_bytes(content)
-            os.replace(draft, path)
+        replace_file(path, content)
     except OSError as error:
-        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error
+        raise OutputError(f"{path} cannot be written: {why(error)}") from error

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from cosim.errors import OutputError
-from cosim.files import draft_of, locked, why
+from cosim.files import draft_of, locked, make_durable, why
 from cosim.run.report import MANIFEST, UNFINISHED, read_content, was_streamed, written_files
 
 
@@ -189,6 +189,7 @@ def remove_empty(folders: Iterable[Path]) -> None:
 def _put_in_place(draft: Path, path: Path, earlier: set[str]) -> None:
     """Move what was written to its place; what an earlier run has written goes only when all the new is there."""
     draft.chmod(0o755)
+    make_durable(file for file in draft.rglob("*") if file.is_file())
     if not path.exists():
         draft.rename(path)
         return

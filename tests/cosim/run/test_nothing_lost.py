@@ -73,8 +73,14 @@ def test_a_fault_at_any_operation_leaves_a_folder_that_is_read_and_gone_on_with(
         if not folder.exists() or "state" in manifest_or_nothing(folder):
             go_on(job, folder)
         outcome(folder).assert_same(truth)
+        assert files(folder) == files(place / "truth")
         shutil.rmtree(folder)
     assert failures > 0.9 * counted.count, "a figure that fails is no failure"
+
+
+def files(folder: Path) -> set[str]:
+    """Name all files, but for figures, which may be missing."""
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.name != "figure.png"}
 
 
 def manifest_or_nothing(folder: Path) -> dict[str, object]:

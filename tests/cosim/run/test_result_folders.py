@@ -146,6 +146,27 @@ def test_a_run_in_python_is_held_as_well(tmp_path: Path) -> None:
     stream(load_scenario("stick-slip"), tmp_path / "run", stop_time=1.0, progress=second)
 
 
+def test_a_complete_run_in_python_is_finished_when_it_is_resumed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario, short = load_scenario("wob-law"), {"stop_time": 2.0, "step_size": 0.01}
+    whole = stream(scenario, tmp_path / "whole", **short)  # type: ignore[arg-type]
+
+    def killed(folder: Path) -> None:
+        raise KilledError
+
+    monkeypatch.setattr("cosim.run.stream.forget", killed)
+    with pytest.raises(KilledError):
+        stream(scenario, tmp_path / "run", **short)  # type: ignore[arg-type]
+    monkeypatch.undo()
+    with pytest.raises(CheckpointError, match=r"step_size is 0\.02 now"):
+        stream(scenario, tmp_path / "run", resume=True, stop_time=2.0, step_size=0.02)
+    found = stream(scenario, tmp_path / "run", resume=True, **short)  # type: ignore[arg-type]
+    assert found == whole
+    assert found.record["steps"] == whole.record["steps"]
+    assert [path.name for path in (tmp_path / "run").iterdir()] == ["trajectory.zarr"]
+
+
 NAMES = ("figure.png", "manifest.json", "checkpoint.npz", "trajectory.csv", "trajectory_10.csv")
 
 

@@ -6,9 +6,7 @@ Full disks and deaths are put at every single operation that changes the folder.
 from __future__ import annotations
 
 import os
-import re
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Generator
@@ -17,7 +15,6 @@ from pathlib import Path
 import pytest
 
 from cosim.errors import InputError, OutputError
-from tests.cosim.run.damage import KINDS, attacked
 from tests.cosim.run.faults import MODES, KilledError, faults
 from tests.cosim.run.jobs import Outcome, go_on, manifest_of, outcome, rows_of, sketch, small
 
@@ -25,7 +22,6 @@ pytestmark = [
     pytest.mark.hardening,
     pytest.mark.skipif(sys.platform != "linux", reason="what a descriptor belongs to is asked of /proc"),
 ]
-ROOT = Path(__file__).parents[3]
 FORMATS = {"zarr": ("light",), "csv": ("light", "heavy")}
 
 
@@ -86,18 +82,3 @@ def files(folder: Path) -> set[str]:
 def manifest_or_nothing(folder: Path) -> dict[str, object]:
     """Return the manifest, or what stands for one that is still to be written."""
     return manifest_of(folder) if (folder / "manifest.json").exists() else {"state": "not begun"}
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_damage_of_a_folder_is_named_or_harmless(seed: int, place: Path) -> None:
-    counts, wrong = attacked(250, seed, place)
-    assert not wrong, "\n".join(wrong)
-    assert counts.total() == 250
-    assert sum(counts[f"{kind}: named"] for kind in KINDS) > 150, "most of the bytes matter"
-
-
-def test_runs_killed_at_random_moments_end_as_others_do() -> None:
-    command = [sys.executable, "-m", "tests.cosim.run.killing", "40", "1"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert re.search(r"^4\d kills of \d+ runs, 0 wrong$", done.stdout, re.M)

@@ -300,6 +300,9 @@ class Tail:
         times = np.asarray(arrays[_kept_name(_TIMES)], dtype=np.float64)
         values = {column.name: arrays[_kept_name(column.name)] for column in self._columns}
         _refuse_unequal(times, values)
+        for column in self._columns:
+            if values[column.name].dtype.kind != ("U" if column.dtype == object else column.dtype.kind):
+                raise ValueError(f"{column.name} is of type {values[column.name].dtype}; expected {column.dtype}")
         self._parts = deque([Rows(0, times, values)])
 
 

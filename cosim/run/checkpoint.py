@@ -13,14 +13,17 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict  # as pydantic wants it before Python 3.12
 
 from cosim.errors import CheckpointError, OutputError
 from cosim.files import read_file, replace_file, why
 from cosim.master.run import Snapshot
+from cosim.master.step_control import Tally
+from cosim.run.report import EnergyResidual, GuardSpan, NotIterated
 
 CHECKPOINT = "checkpoint.npz"
 FORMAT = "cosim-checkpoint-2"
@@ -34,6 +37,46 @@ _DAMAGE = (
     ValueError, KeyError, TypeError, AttributeError, EOFError, OverflowError, RuntimeError, NotImplementedError,
     SyntaxError, RecursionError, IndexError, struct.error, zipfile.BadZipFile,
 )  # fmt: skip
+
+
+class _FixedSteps(TypedDict):
+    """Place of a run of fixed steps: how many were taken."""
+
+    row: int
+
+
+class _VaryingSteps(TypedDict):
+    """Place of a run of steps that vary or are repeated, as `cosim.master.step_control` counts it."""
+
+    interval: int
+    place: int
+    level: int
+    tally: Tally
+
+
+class _Account(TypedDict):
+    """Account of the coupling so far."""
+
+    energy_residual: dict[str, EnergyResidual]
+    guards: dict[str, GuardSpan]
+    not_iterated: NotRequired[dict[str, NotIterated]]
+    not_finite: bool
+
+
+class _MasterNotes(TypedDict):
+    """Notes of a master's snapshot."""
+
+    run: _FixedSteps | _VaryingSteps
+    account: _Account
+    timings: _Timings
+    time: float
+
+
+class _Timings(TypedDict):
+    """Wall-clock times so far [s]."""
+
+    initialise: float
+    step: float
 
 
 @dataclass(frozen=True)
@@ -67,7 +110,7 @@ class Notes:
     csv: bool
     position: dict[str, int]
     proof: dict[str, str]
-    snapshot: dict[str, Any] | None = None
+    snapshot: _MasterNotes | None = None
     record: dict[str, Any] | None = None
     units: dict[str, str] | None = None
     signals: list[str] | None = None
@@ -175,9 +218,18 @@ def checkpoint_of(path: Path) -> Checkpoint:
         notes = TypeAdapter(Notes).validate_python(dict(read.notes), extra="forbid")
     except (ValidationError, TypeError, ValueError) as error:
         raise CheckpointError(f"{path} is damaged: {_first(error)}") from error
-    if min(notes.position.values(), default=0) < 0 or (notes.snapshot is None) is (notes.record is None):
+    finished = notes.snapshot is None
+    if min(notes.position.values(), default=0) < 0 or finished is (notes.record is None):
         raise CheckpointError(f"{path} is damaged: its notes make no sense")
     return Checkpoint(notes, read.arrays)
+
+
+def snapshot_of(saved: Checkpoint) -> Snapshot:
+    """Return what the master goes on from, in plain numbers."""
+    from pydantic import TypeAdapter
+
+    adapter: TypeAdapter[_MasterNotes | None] = TypeAdapter(_MasterNotes | None)
+    return Snapshot(adapter.dump_python(saved.notes.snapshot) or {}, saved.arrays)
 
 
 def _first(error: Exception) -> str:

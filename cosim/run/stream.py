@@ -33,7 +33,7 @@ from cosim.files import refuse_links, why
 from cosim.master.run import Progress, Snapshot
 from cosim.recording.result import Result, Rows, Tail, kept_result
 from cosim.run.assembly import Assembly, assembled
-from cosim.run.checkpoint import CHECKPOINT, Checkpoint, checkpoint_of, write_checkpoint
+from cosim.run.checkpoint import CHECKPOINT, Checkpoint, checkpoint_of, snapshot_of, write_checkpoint
 from cosim.run.options import INTERVAL, OptionKeywords, RunOptions, Streaming, chosen
 from cosim.run.report import RunReport, fitting, plain
 from cosim.run.run_folder import held, make_folders, remove_empty
@@ -206,6 +206,7 @@ def finish(folder: Path, saved: Checkpoint) -> Result:
             else reopen_zarr(folder / TRAJECTORY, None, notes.position, notes.proof)
         )
         result = kept_result(saved.arrays, notes.units or {}, record)
+        reporting.find(result)
         try:
             store.close(_attributes("complete", float(result.time[-1]), record))
         finally:
@@ -286,7 +287,7 @@ class _StreamedRun:
         notes = saved.notes
         self.master.begin()
         try:
-            self.master.resume(Snapshot(notes.snapshot or {}, saved.arrays))
+            self.master.resume(snapshot_of(saved))
             self._tail.restore(saved.arrays)
             if self._csv:
                 self._store = reopen_csv(self.folder, self._chosen, notes.position, notes.proof)

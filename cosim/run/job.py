@@ -24,7 +24,17 @@ from cosim.recording.result import Result
 from cosim.run.assembly import refuse_unfit_variants
 from cosim.run.checkpoint import CHECKPOINT
 from cosim.run.options import RunOptions, Streaming
-from cosim.run.report import MANIFEST, Manifest, RunReport, VariantReport, fitting, undamaged
+from cosim.run.report import (
+    MANIFEST,
+    Manifest,
+    RunReport,
+    VariantReport,
+    fitting,
+    read_content,
+    undamaged,
+    was_streamed,
+    written_files,
+)
 from cosim.run.run_folder import held, make_folders, refuse_occupied, remove_empty, run_folder
 from cosim.run.simulation import run
 from cosim.run.store import csv_file
@@ -196,6 +206,7 @@ def resume_job(folder: Path, started: Callable[[Job], None], progress: JobProgre
     with held(folder):
         manifest = Manifest.read(folder)
         if manifest is None or manifest.job is None:
+            _forget_finished(folder)
             raise CheckpointError(f"{folder} holds no unfinished run")
         plan = _Plan.from_json(manifest.job, folder)
         _refuse_links(folder, plan)
@@ -205,6 +216,15 @@ def resume_job(folder: Path, started: Callable[[Job], None], progress: JobProgre
         with plan.opened() as job:
             started(job)
             return _complete(job, _sink(job, folder), folder, manifest, progress)
+
+
+def _forget_finished(folder: Path) -> None:
+    """Remove checkpoints that a run has left which was killed between its manifest and its end."""
+    content = read_content(folder)
+    for name in written_files(content) if content is not None and was_streamed(content) else ():
+        place = Path(name).parent
+        if Path(name).name in (TRAJECTORY, csv_file(Path(), 1).name) and not (folder / place).is_symlink():
+            forget(folder / place)
 
 
 def _refuse_links(folder: Path, plan: _Plan) -> None:

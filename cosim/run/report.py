@@ -31,7 +31,9 @@ from cosim.files import read_file, replace_file, why
 from cosim.scenario.scenario import Scenario
 
 MANIFEST = "manifest.json"
-FORMAT = "cosim-run-1"
+FORMAT = "cosim-run-2"
+_UNPROVEN = "cosim-run-1"
+"""Format of manifests without a digest, of earlier versions."""
 UNFINISHED = "unfinished"
 """State of a run that can be resumed."""
 MOST_BYTES = 10**8
@@ -420,10 +422,11 @@ def read_content(folder: Path) -> dict[str, Any] | None:
     if not isinstance(content, dict):
         return None
     manifest = cast(dict[str, Any], content)
-    if manifest.get("format") != FORMAT:
+    if manifest.get("format") not in (FORMAT, _UNPROVEN):
         return None
     digest = manifest.pop(_DIGEST, None)
-    if digest is not None and digest != _digest(manifest):
+    proven = digest is not None or manifest["format"] == FORMAT
+    if proven and digest != _digest(manifest):
         raise OutputError(f"output folder {folder}: {MANIFEST} is damaged: it does not say what was written")
     return manifest
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from cosim.errors import InputError, OutputError
+from cosim.errors import CheckpointError, InputError, OutputError
 from tests.cosim.run.faults import MODES, KilledError, faults
 from tests.cosim.run.jobs import Outcome, go_on, manifest_of, outcome, rows_of, sketch, small
 
@@ -67,6 +67,8 @@ def test_a_fault_at_any_operation_leaves_a_folder_that_is_read_and_gone_on_with(
         if folder.exists():
             assert_readable(folder, truth)
         if not folder.exists() or "state" in manifest_or_nothing(folder):
+            go_on(job, folder)
+        with pytest.raises(CheckpointError, match="holds no unfinished run"):
             go_on(job, folder)
         outcome(folder).assert_same(truth)
         assert files(folder) == files(place / "truth")

@@ -377,6 +377,17 @@ def test_a_manifest_that_says_something_else_is_refused(tmp_path: Path) -> None:
         resume_job(folder, lambda job: None, nothing)
 
 
+@pytest.mark.parametrize("key", ["sha256", "sha356"])
+def test_a_manifest_that_has_lost_its_digest_is_refused(key: str, tmp_path: Path) -> None:
+    folder = interrupted(small(tmp_path, "light"), tmp_path / "run")
+    path = folder / "manifest.json"
+    told = json.loads(path.read_text())
+    digest_of_all = told.pop("sha256")
+    path.write_text(json.dumps(told if key == "sha256" else {**told, key: digest_of_all}))
+    with pytest.raises(OutputError, match=r"manifest\.json is damaged"):
+        resume_job(folder, lambda job: None, nothing)
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
 @pytest.mark.parametrize("name", ["manifest.json", "checkpoint.npz", "trajectory.csv"])
 def test_a_pipe_in_a_folder_is_not_waited_for(name: str, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cosim.run.options import RunOptions
     from cosim.run.simulation import simulate
     from cosim.run.stream import stream
-    from cosim.run.zarr_store import open_trajectory
+    from cosim.run.trajectory import open_trajectory
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
     from cosim.system.method import Method
@@ -80,7 +80,7 @@ _HOMES = {
     "Variant": "cosim.scenario.scenario",
     "co_simulate": "cosim.master.co_simulation",
     "load_scenario": "cosim.scenario.file",
-    "open_trajectory": "cosim.run.zarr_store",
+    "open_trajectory": "cosim.run.trajectory",
     "ramp": "cosim.system.signals",
     "read_table": "cosim.system.table_file",
     "scenario_names": "cosim.scenario.file",

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import unicodedata
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from pathlib import Path
@@ -215,10 +216,30 @@ def format_time(time: float) -> str:
     return short if abs(float(short) - time) <= 1e-9 * max(1.0, abs(time)) else f"{time:.9g}"
 
 
+_MOST_COMPARED, _LONGEST_COMPARED = 5000, 200
+
+
+def printable(text: str) -> str:
+    """Return a text with what a terminal or a reader would be led astray by written out.
+
+    That is all but letters, marks, digits, punctuation, symbols, spaces and ends of lines: escape sequences, other
+    control characters, C1 among them, and those that turn the direction of writing.
+    """
+    return "".join(map(_written_out, text)) if not text.isprintable() else text
+
+
+def _written_out(each: str) -> str:
+    """Write a character out, if need be."""
+    harmless = each.isprintable() or each == "\n" or unicodedata.category(each) == "Zs"
+    return each if harmless else each.encode("unicode_escape").decode()
+
+
 def suggestion(name: str, known: Iterable[str]) -> str:
     """End a sentence about an unknown name with the nearest known one, or with all when they are few."""
     names = sorted(known)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    if len(names) > _MOST_COMPARED or len(name) > _LONGEST_COMPARED:
+        return ""  # comparing takes time with their number, and with the square of their length
+    near = difflib.get_close_matches(name, [each for each in names if len(each) <= _LONGEST_COMPARED], n=1, cutoff=0.6)
     if near:
         return f"; did you mean '{near[0]}'?"
     if 0 < len(names) <= 12:

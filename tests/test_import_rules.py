@@ -14,8 +14,8 @@ ROOT = Path(__file__).parents[1]
 PRODUCT = ("cosim", "models", "fmu_src")
 
 MOST_MODULES = {"cosim": 125}
-"""95 that a run took when its rooms were made; since then conversions, what isolation keeps apart, bounded files, Python
-functions as components, laws of one's own, and the league."""
+"""95 that a run took when its rooms were made; since then conversions, what isolation keeps apart, bounded files,
+Python functions as components, laws of one's own, and the league."""
 
 MOST_IN_A_PACKAGE = 15
 

@@ -13,6 +13,7 @@ Time series are CSV files: a header, times in the first column, two rows at one 
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -24,6 +25,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from cosim.errors import InputError
+from cosim.files import read_file, why
 from cosim.fmi2.xml_check import check_xml
 from cosim.scenario.ssp.document import read_document, ssv
 from cosim.scenario.ssp.parameters import Given, read_parameter_set
@@ -34,6 +36,7 @@ PLACE = "extra/org.fmi-standard.fmi-ls-ref"
 MANIFEST = "fmi-ls-manifest.xml"
 SAME_TIME = 1e-9
 """Times nearer than this, relative to max(1, |t|), differ by rounding [s]."""
+_MOST_BYTES = 2**30
 _BOOLEANS = {"true": "1", "false": "0"}
 ANNOTATION = "drillstring-cosim.tolerances"
 """Type of the annotation of References that holds a Tolerance element for each variable."""
@@ -141,8 +144,8 @@ def _pair(path: Path, model: str) -> Experiment:
 
 def _options(path: Path) -> dict[str, float]:
     """Read a file of the FMI cross-check: a name and a number on each line."""
-    pairs = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
     try:
+        pairs = [line.split(",") for line in _content(path).decode("utf-8").splitlines()]
         return {pair[0].strip(): float(pair[1]) for pair in pairs if len(pair) == 2}
     except ValueError as error:
         raise InputError(f"{path.name}: {error}; expected a name and a number on each line") from None
@@ -243,9 +246,9 @@ def _parse(path: Path) -> Element:
 
 def _content(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return read_file(path, _MOST_BYTES)
     except OSError as error:
-        raise InputError(f"{path.name} cannot be read: {error.strerror}") from None
+        raise InputError(f"{path.name} cannot be read: {why(error)}") from None
 
 
 def same_time(one: float, other: float) -> bool:
@@ -323,9 +326,9 @@ class Series:
 def read_series(path: Path) -> Series:
     """Read a CSV file; InputError in one sentence if it is none, or its times fall."""
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = io.StringIO(_content(path).decode("utf-8-sig"), newline="")
+        rows = [row for row in csv.reader(text) if row]
+    except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path.name} cannot be read: {error}") from None
     if len(rows) < 2:
         raise InputError(f"{path.name} has {max(len(rows) - 1, 0)} rows below its header; expected at least one")

@@ -16,12 +16,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from cosim.cli.terminal import new_console, prepare_step_loop, print_manifest, progress_bar, sentences
+from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
 from cosim.errors import FmuFileError, InputError, MissingPackageError, OutputError, suggestion
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import PACKAGINGS, how_to_build, promised_fmus
@@ -210,7 +209,7 @@ def check(
     from cosim.check.report import print_report
 
     with sentences():
-        errors = Console(stderr=True)
+        errors = SafeConsole(stderr=True)
         with errors.status("checking") as status:
             limit = TIME_LIMIT if time_limit is None else time_limit
             report = check_fmu(

@@ -9,18 +9,20 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from cosim.errors import CosimError, RunInterruptedError, format_time
+from cosim.errors import CosimError, RunInterruptedError, format_time, printable
 
 if TYPE_CHECKING:
     from cosim.run.job import Job
@@ -31,14 +33,17 @@ _WIDE = 10_000
 _INTERRUPTED = 130
 
 
-def new_console() -> Console:
-    """Return a console on the present standard output; a file is wide enough for every table."""
-    console = _Console(highlight=False)
-    return console if console.is_terminal else _Console(highlight=False, width=_WIDTH_OF_FILES)
+class SafeConsole(Console):
+    """A console on which texts act upon nothing, wherever they are from, and whose reader may leave.
 
+    All that is shown goes through one place. Where nobody reads any more, what is being done goes on.
+    """
 
-class _Console(Console):
-    """A console whose reader may leave: the rest is said to nobody, and what is being done goes on."""
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        """Write out, in every piece of text, what a terminal would be led astray by; what rich adds stays."""
+        for segment in super().render(renderable, options):
+            harmless = segment.control is not None or segment.text.isprintable()
+            yield segment if harmless else Segment(printable(segment.text), segment.style)
 
     def on_broken_pipe(self) -> None:
         """Write nothing more, and leave nothing for the interpreter to write at its end; rich would exit with 1."""
@@ -47,10 +52,16 @@ class _Console(Console):
             os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
+def new_console() -> Console:
+    """Return a console on the present standard output; a file is wide enough for every table."""
+    console = SafeConsole(highlight=False)
+    return console if console.is_terminal else SafeConsole(highlight=False, width=_WIDTH_OF_FILES)
+
+
 @contextmanager
 def sentences() -> Generator[None]:
     """Show what goes wrong as one sentence on standard error, and exit accordingly."""
-    errors = Console(stderr=True, highlight=False, soft_wrap=True)
+    errors = SafeConsole(stderr=True, highlight=False, soft_wrap=True)
     handler = SentenceHandler(errors)
     logger = logging.getLogger("cosim")
     logger.addHandler(handler)
@@ -58,11 +69,11 @@ def sentences() -> Generator[None]:
         yield
         handler.show_failures()
     except CosimError as error:
-        errors.print(Text.assemble(("error: ", "bold red"), plain(str(error))))
+        errors.print(Text.assemble(("error: ", "bold red"), one_line(str(error)) or type(error).__name__))
         raise typer.Exit(error.exit_code) from None
     except RunInterruptedError as interrupted:
         how = f"go on with: cosim resume {interrupted.folder}" if interrupted.can_resume else "it cannot be resumed"
-        errors.print(f"{interrupted}; {how}")
+        errors.print(Text(one_line(f"{interrupted}; {how}")))
         raise typer.Exit(_INTERRUPTED) from None
     except KeyboardInterrupt:
         errors.print("interrupted; nothing was written")
@@ -78,7 +89,7 @@ def prepare_step_loop(job: Job) -> None:
     method = job.options.method(job.scenario)
     isolated = job.options.isolate or any(part.isolate for part in job.scenario.system.components)
     if method.compiled and not method.implicit and method.tolerance is None and not isolated:
-        with Console(stderr=True).status("preparing the step loop; compiling it, once, takes some seconds"):
+        with SafeConsole(stderr=True).status("preparing the step loop; compiling it, once, takes some seconds"):
             step_library()
 
 
@@ -91,7 +102,7 @@ class Bar:
 
     def show(self, job: Job) -> None:
         """Begin with all that will be run."""
-        self._tasks = {label: self._bars.add_task(label, total=1.0) for label in job.labels}
+        self._tasks = {label: self._bars.add_task(escape(label), total=1.0) for label in job.labels}
 
     def progress(self, label: str, part: float) -> None:
         """Show which part of a variant is done; raises KeyboardInterrupt if there was a signal."""
@@ -104,7 +115,7 @@ def progress_bar() -> Generator[Bar]:
     """Show progress, with the time left, if anybody watches."""
     from cosim.run.stream import interruptible  # with NumPy, which help and lists do without
 
-    console = Console(stderr=True)
+    console = SafeConsole(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
     with (
         interruptible() as check,
@@ -148,7 +159,7 @@ def _summary(manifest: Manifest) -> Table:
     for heading in reporting.headings():
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for variant in manifest.variants:
-        table.add_row(variant.label, *variant.findings.cells())
+        table.add_row(Text(printable(variant.label)), *variant.findings.cells())
     return table
 
 
@@ -197,7 +208,7 @@ class SentenceHandler(logging.Handler):
 
     def _show(self, record: logging.LogRecord) -> None:
         """Write one sentence; what an FMU says again when a step is repeated is written once."""
-        name, message = record.name.removeprefix(_FMU), plain(record.getMessage())
+        name, message = record.name.removeprefix(_FMU), one_line(record.getMessage())
         said = message.startswith((f"{name} at t = ", f"{name}: "))
         instance = f"{name}: " if record.name.startswith(_FMU) and not said else ""
         is_new = not record.name.startswith(_FMU) or (name, message) not in self._shown
@@ -207,9 +218,9 @@ class SentenceHandler(logging.Handler):
         self._shown.add((name, message))
 
 
-def plain(text: str) -> str:
-    """Return a text with characters that a terminal would act upon, such as escape sequences, written out."""
-    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in text)
+def one_line(text: str) -> str:
+    """Return a text as `cosim.errors.printable` does, in one line."""
+    return printable(text).replace("\n", "\\n")
 
 
 def statement(coupling: CouplingReport) -> tuple[str, ...]:

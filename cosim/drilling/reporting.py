@@ -6,16 +6,20 @@ written to a manifest and shown in a table, and what is drawn.
 
 from __future__ import annotations
 
+import io
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from cosim.drilling import energy, oscillation
 from cosim.drilling.energy import energy_balance, folding_sentence
 from cosim.drilling.oscillation import Measures, measure
+from cosim.errors import printable
+from cosim.files import replace_file
 from cosim.recording.result import Column, Result
 
 Found = TypeVar("Found")
@@ -35,6 +39,8 @@ _THOUSANDS = {"N.m": "kN.m", "N": "kN", "J": "kJ"}
 _MOST_PANELS = 4
 # A long chattering line is more than Agg can draw at once, and its own chunks leave gaps.
 _LONGEST_LINE = 5000
+# A title or name of any length would be laid out for minutes, off the page.
+_LONGEST_TITLE, _LONGEST_NAME = 300, 80
 
 
 @dataclass(frozen=True)
@@ -101,7 +107,7 @@ def _of_first(result: Result, look: Callable[[Result, str], Found | None]) -> Fo
 
 
 def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequence[str] = ()) -> None:
-    """Draw trajectories over time into a PNG file.
+    """Draw trajectories over time into a PNG file, which replaces one that is there when it is complete.
 
     Parameters
     ----------
@@ -114,8 +120,22 @@ def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequenc
     signals : sequence of str, optional
         What to show, one row of panels each, as ``component.variable``; by default bit speed and torque on bit where
         there are such, else the first outputs.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
     """
-    _compose(title, results, signals).savefig(path)
+    import matplotlib
+
+    rc_context = cast(Any, matplotlib).rc_context
+    drawn = io.BytesIO()
+    # What is written is from files, and so no mathematics; and a font lacks some letters of all there are.
+    with rc_context({"text.parse_math": False, "text.usetex": False}), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        shortened = {printable(name)[:_LONGEST_NAME]: result for name, result in results.items()}
+        _compose(printable(title)[:_LONGEST_TITLE], shortened, signals).savefig(drawn)
+    replace_file(path, drawn.getvalue())
 
 
 def _compose(title: str, results: Mapping[str, Result], signals: Sequence[str]) -> Any:
@@ -175,6 +195,6 @@ def _draw_panel(panel: Any, result: Result, name: str, colour: str) -> None:
 def _label(name: str, unit: str) -> str:
     """Write the label of an axis."""
     variable = name.partition(".")[2]
-    shown = _THOUSANDS.get(unit, unit)
-    text = _NAMES.get(variable, name)
+    shown = _THOUSANDS.get(unit, printable(unit)[:_LONGEST_NAME])
+    text = _NAMES.get(variable, printable(name)[:_LONGEST_NAME])
     return f"{text} [{shown}]" if shown and shown != "1" else text

@@ -17,15 +17,16 @@ import shutil
 import stat
 import struct
 import sys
-import tempfile
 import unicodedata
 import zipfile
 import zlib
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from cosim.errors import FmuFileError, InputError, OutputError
+from cosim.files import open_file, replace_file, why
 
 MOST_MEMBERS = 20_000
 MOST_BYTES = 4 * 2**30
@@ -186,28 +187,76 @@ def open_archive(path: Path, kind: str = "an FMU", refusal: type[InputError] = F
     InputError
         Of that type, if the file is missing, is not a zip archive, or holds what must not be unpacked.
     """
-    try:
-        file = zipfile.ZipFile(path)
-    except FileNotFoundError:
-        raise refusal(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise refusal(f"{path}: cannot be read: {error.strerror or error}") from error
-    except zipfile.BadZipFile:
-        raise refusal(f"{path} is not {kind}: it is not a zip archive") from None
-    except _DAMAGE as error:
-        raise refusal(f"{path} is not {kind}: the directory of the archive is damaged: {error}") from error
-    with file:
+    with ExitStack() as stack:
+        try:
+            handle = stack.enter_context(os.fdopen(open_file(path, os.O_RDONLY, follow=True), "rb"))
+            _refuse_long_directory(path, handle, refusal)
+            file = zipfile.ZipFile(handle)
+        except FileNotFoundError:
+            raise refusal(f"{path}: there is no such file") from None
+        except OSError as error:
+            raise refusal(f"{path}: cannot be read: {why(error)}") from error
+        except zipfile.BadZipFile:
+            raise refusal(f"{path} is not {kind}: it is not a zip archive") from None
+        except _DAMAGE as error:
+            raise refusal(f"{path} is not {kind}: the directory of the archive is damaged: {error}") from error
+        stack.enter_context(file)
         fault = _fault(file)
         if fault is not None:
             raise refusal(f"{path}: {fault}")
         yield Archive(path, file, refusal)
 
 
+_END, _END64, _LOCATOR64 = (struct.Struct(form) for form in ("<4s4H2LH", "<4sQ2H2L4Q", "<4sLQL"))
+_ENTRY = struct.Struct("<4s24x3H12x")
+_MOST_DIRECTORY = 2**25
+"""Bytes in the directory of an archive; one of as many members as there may be has a tenth of that."""
+
+
+def _refuse_long_directory(path: Path, file: BinaryIO, refusal: type[InputError]) -> None:
+    """Refuse an archive of too many members before the reader makes an object of each.
+
+    The directory is looked for where the reader of the standard library looks for it, and walked through in its bytes.
+    """
+    begin, size = _directory(file)
+    if size > _MOST_DIRECTORY:
+        raise refusal(f"{path}: its directory has {_megabytes(size)}; expected at most {_megabytes(_MOST_DIRECTORY)}")
+    if size <= MOST_MEMBERS * _ENTRY.size:
+        return
+    file.seek(begin)
+    content, place, members = file.read(size), 0, 0
+    while place + _ENTRY.size <= len(content):
+        _, name, extra, comment = _ENTRY.unpack_from(content, place)
+        place += _ENTRY.size + name + extra + comment
+        members += 1
+    if members > MOST_MEMBERS:
+        raise refusal(f"{path}: {_too_many(members)}")
+
+
+def _directory(file: BinaryIO) -> tuple[int, int]:
+    """Return where the directory of an archive begins, and its size; (0, 0) where there is none to be found."""
+    whole = file.seek(0, os.SEEK_END)
+    tail_begin = max(0, whole - 2**16 - _END.size)
+    file.seek(tail_begin)
+    tail = file.read()
+    place = len(tail) - _END.size
+    if place < 0 or tail[place : place + 4] != b"PK\5\6" or tail[-2:] != b"\0\0":
+        place = tail.rfind(b"PK\5\6")
+    if place < 0 or place + _END.size > len(tail):
+        return 0, 0
+    size, end = int(_END.unpack_from(tail, place)[5]), tail_begin + place
+    if place >= _LOCATOR64.size + _END64.size:
+        at = place - _LOCATOR64.size
+        if tail[at : at + 4] == b"PK\6\7" and tail[at - _END64.size : at - _END64.size + 4] == b"PK\6\6":
+            size, end = int(_END64.unpack_from(tail, at - _END64.size)[8]), end - _LOCATOR64.size - _END64.size
+    return max(0, end - size), size
+
+
 def _fault(file: zipfile.ZipFile) -> str | None:
     """Say what is wrong with an archive as a whole."""
     entries = file.infolist()
     if len(entries) > MOST_MEMBERS:
-        return f"it has {len(entries)} members; expected at most {MOST_MEMBERS}"
+        return _too_many(len(entries))
     faults = (_fault_of_member(entry) for entry in entries)
     collision = colliding_names([_place(entry.filename) for entry in entries])
     return (
@@ -216,6 +265,11 @@ def _fault(file: zipfile.ZipFile) -> str | None:
         or _fault_of_sizes(entries)
         or _overlap(file, entries)
     )
+
+
+def _too_many(members: int) -> str:
+    """Say that there are too many members."""
+    return f"it has {members} members; expected at most {MOST_MEMBERS}"
 
 
 def _fault_of_member(entry: zipfile.ZipInfo) -> str | None:
@@ -385,9 +439,6 @@ def put_in_place(path: Path, content: bytes) -> None:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as folder:
-            draft = Path(folder, path.name)
-            draft.write_bytes(content)
-            os.replace(draft, path)
+        replace_file(path, content)
     except OSError as error:
-        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error
+        raise OutputError(f"{path} cannot be written: {why(error)}") from error

@@ -18,6 +18,12 @@ MOST_DEPTH = 100
 """Elements within each other; a model description has 5 levels and, within annotations, what tools like."""
 
 
+MOST_TEXT = 2**20
+"""Characters in an attribute, a text or a comment; what reads it next gives up at ten times as many."""
+MOST_NAME = 1000
+"""Characters in the name of an element or attribute, with that of its namespace."""
+
+
 @dataclass(frozen=True)
 class Root:
     """The outermost element of a document: its name as it is written, and its attributes."""
@@ -73,7 +79,7 @@ def check_xml(content: bytes, where: str, refusal: type[InputError]) -> Root:
     ------
     InputError
         Of that type, if the content is not XML in UTF-8, which FMI 2.0, section 2.2, demands, has a document type
-        declaration, or is nested deeper than `MOST_DEPTH`.
+        declaration, is nested deeper than `MOST_DEPTH`, or has a text longer than `MOST_TEXT`.
     """
     check = _Check(where, refusal)
     try:
@@ -97,9 +103,12 @@ class _Check:
         self.parser.StartDoctypeDeclHandler = self._document_type
         self.parser.StartElementHandler = self._begin
         self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._take_text
+        self.parser.CommentHandler = self._take_comment
+        self.parser.ProcessingInstructionHandler = self._take_instruction
         self._where = where
         self._refusal = refusal
-        self._depth = 0
+        self._depth = self._text = 0
 
     def _declaration(self, version: str, encoding: str | None, standalone: int) -> None:
         del version, standalone
@@ -114,12 +123,33 @@ class _Check:
         if self._depth == 0:
             self.root = Root(name, attributes)
         self._depth += 1
+        self._text = 0
+        for each in (name, *attributes):
+            if len(each) > MOST_NAME:
+                self._refuse(f"has a name of {len(each)} characters; expected at most {MOST_NAME}")
+        for text in attributes.values():
+            self._refuse_long("attribute", text)
         if self._depth > MOST_DEPTH:
             self._refuse(f"is nested more than {MOST_DEPTH} elements deep")
 
     def _end(self, name: str) -> None:
         del name
         self._depth -= 1
+
+    def _take_text(self, text: str) -> None:
+        self._text += len(text)
+        if self._text > MOST_TEXT:
+            self._refuse(f"has a text of more than {MOST_TEXT} characters")
+
+    def _take_comment(self, text: str) -> None:
+        self._refuse_long("comment", text)
+
+    def _take_instruction(self, target: str, text: str) -> None:
+        self._refuse_long("processing instruction", target + text)
+
+    def _refuse_long(self, what: str, text: str) -> None:
+        if len(text) > MOST_TEXT:
+            self._refuse(f"has a {what} of {len(text)} characters; expected at most {MOST_TEXT}")
 
     def _refuse(self, why: str) -> NoReturn:
         raise self._refusal(f"{self._where} {why}")

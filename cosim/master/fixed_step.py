@@ -14,7 +14,7 @@ import numpy as np
 from cosim.errors import EndRequestError
 from cosim.master.communication_points import Grid, Points
 from cosim.master.compiled_loop import StepLoop, loop_library
-from cosim.master.run import Settling, Snapshot, block_arrays, initialise, window_size
+from cosim.master.run import Settling, Snapshot, block_arrays, initialise, refill, window_size
 from cosim.master.slave import Slave
 from cosim.master.wiring import Node, driven_inputs, wire
 from cosim.recording.record import Block, Window, allocate_block, allocate_slopes
@@ -109,8 +109,10 @@ class ForwardRun:
     def restore(self, snapshot: Snapshot) -> None:
         """Go on after a row."""
         self._row, self._recorded = int(snapshot.notes["row"]), 0
+        if not 0 <= self._row <= self._grid.steps:
+            raise ValueError(f"{self._row} steps were taken; expected at most {self._grid.steps}")
         for name, values in block_arrays(self.blocks).items():
-            values[0] = snapshot.arrays[name]
+            refill(values[0], snapshot.arrays[name])
 
     def record(self) -> dict[str, Any]:
         """Return how many steps were taken, by which loop, why if by the one in Python, and what ended them early."""

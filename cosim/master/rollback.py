@@ -15,7 +15,7 @@ from cosim.errors import SystemDefinitionError
 from cosim.master.communication_points import Grid
 from cosim.master.coupled_loop import CoupledLoop, reporter
 from cosim.master.observation import find_guards
-from cosim.master.run import MOST_STEPS, Settling, Snapshot, WindowRecord, block_arrays
+from cosim.master.run import MOST_STEPS, Settling, Snapshot, WindowRecord, block_arrays, refill
 from cosim.master.slave import Slave
 from cosim.master.state_trial import try_states
 from cosim.master.step_control import BEGIN, ROWS, ErrorEstimate, StepControl
@@ -117,7 +117,7 @@ class RollbackRun:
         """Go on from there."""
         self._control.restore(snapshot.notes)
         for name, values in block_arrays(self.blocks).items():
-            values[:] = snapshot.arrays[name]
+            refill(values, snapshot.arrays[name])
         self._stepper.learn(snapshot.arrays)
 
     def record(self) -> dict[str, Any]:

@@ -101,6 +101,16 @@ def block_arrays(blocks: Mapping[str, Block]) -> dict[str, NDArray[Any]]:
     }
 
 
+def refill(values: NDArray[Any], saved: NDArray[Any]) -> None:
+    """Put saved values back into memory; ValueError if they are not from memory like it."""
+    kind = "U" if values.dtype == object else values.dtype.kind
+    if saved.shape != values.shape or saved.dtype.kind != kind:
+        raise ValueError(
+            f"values of shape {saved.shape} and type {saved.dtype}; expected {values.shape}, {values.dtype}"
+        )
+    values[...] = saved
+
+
 log = logging.getLogger("cosim")
 
 # Feedthrough with a loop gain of 0.99 still settles within this many rounds.

@@ -191,6 +191,9 @@ class StepControl:
     def restore(self, notes: Mapping[str, Any]) -> None:
         """Be where a run was when it gave a snapshot."""
         self._interval, self._place, self._level = (int(notes[name]) for name in ("interval", "place", "level"))
+        placed = 0 <= self._interval <= self._grid.steps and 0 <= self._place < _FINEST
+        if not placed or not 0 <= self._level <= self._deepest:
+            raise ValueError("a place is given that no run comes to")
         self.tally = Tally(**notes["tally"])
 
     def _now(self, points: Points) -> float:

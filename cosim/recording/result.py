@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -231,10 +232,21 @@ class RowMemory:
             values[self._filled : end] = rows.columns[name]
         self._filled = end
 
-    def result(self, record: Mapping[str, Any]) -> Result:
-        """Return what has been taken, which can be read but not changed, with what is to be told of the run."""
+    def result(self, record: Mapping[str, Any], since: float = math.inf) -> Result:
+        """Return what has been taken, which can be read but not changed, with what is to be told of the run.
+
+        Parameters
+        ----------
+        record : mapping
+            What is to be told.
+        since : float
+            Only from the last row on that is so much older than the last of all [s].
+        """
         times = self._times[: self._filled]
-        values = {name: column[: self._filled] for name, column in self._values.items()}
+        if times.size:
+            older = int(np.searchsorted(times, float(times[-1]) - since, side="right"))
+            times = times[max(0, older - 1) :]
+        values = {name: column[self._filled - times.size : self._filled] for name, column in self._values.items()}
         return _read_only(times, values, {column.name: column.unit for column in self._columns}, record)
 
     def _grow(self, rows: int) -> None:
@@ -269,11 +281,14 @@ class Tail:
             self._parts.popleft()
 
     def result(self, record: Mapping[str, Any]) -> Result:
-        """Return what is kept, with what is to be told of the run."""
+        """Return the last minute, with what is to be told of the run.
+
+        Its first row is the last that is a minute old at least, whatever rows came together.
+        """
         memory = RowMemory(self._columns, sum(part.times.size for part in self._parts))
         for part in self._parts:
             memory.take(part)
-        return memory.result(record)
+        return memory.result(record, since=SECONDS)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return what is kept by name, for a checkpoint."""
@@ -284,7 +299,26 @@ class Tail:
         """Keep what another kept."""
         times = np.asarray(arrays[_kept_name(_TIMES)], dtype=np.float64)
         values = {column.name: arrays[_kept_name(column.name)] for column in self._columns}
+        _refuse_unequal(times, values)
+        for column in self._columns:
+            if values[column.name].dtype.kind != ("U" if column.dtype == object else column.dtype.kind):
+                raise ValueError(f"{column.name} is of type {values[column.name].dtype}; expected {column.dtype}")
         self._parts = deque([Rows(0, times, values)])
+
+
+def kept_result(arrays: Mapping[str, NDArray[Any]], units: Mapping[str, str], record: Mapping[str, Any]) -> Result:
+    """Return what `Tail.arrays` gave as a result again; KeyError or ValueError if it is not whole."""
+    times = np.array(arrays[_kept_name(_TIMES)], dtype=np.float64)
+    kept = {name: arrays[_kept_name(name)] for name in units}
+    values = {name: column.astype(object) if column.dtype.kind == "U" else column for name, column in kept.items()}
+    _refuse_unequal(times, values)
+    return _read_only(times, values, dict(units), record)
+
+
+def _refuse_unequal(times: FloatArray, columns: Mapping[str, NDArray[Any]]) -> None:
+    """Refuse columns that are not as long as the times, which are some."""
+    if times.ndim != 1 or not times.size or any(column.shape != times.shape for column in columns.values()):
+        raise ValueError("the last minute is not whole")
 
 
 def _kept_name(column: str) -> str:

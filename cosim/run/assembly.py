@@ -253,10 +253,16 @@ def _components(
         components[part.name] = {
             "model": description.model_name,
             "file": str(paths[part.name]),
-            "sha256": hashlib.sha256(paths[part.name].read_bytes()).hexdigest(),
+            "sha256": _sha256(paths[part.name]),
             "parameters": {**parameters, **part.parameters},
         }
     return components
+
+
+def _sha256(path: Path) -> str:
+    """Return the digest of a file of any size."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _start(variable: Variable) -> Value | None:

@@ -7,9 +7,8 @@ variants are complete. An unfinished job is resumed from the folder alone.
 
 from __future__ import annotations
 
+import logging
 import os
-import re
-import shutil
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
@@ -19,18 +18,32 @@ from typing import Any, Protocol
 
 from cosim.drilling import reporting
 from cosim.errors import CheckpointError, CosimError, OutputError, RunInterruptedError
+from cosim.files import refuse_links, why
 from cosim.master.run import Progress
 from cosim.recording.result import Result
 from cosim.run.assembly import refuse_unfit_variants
+from cosim.run.checkpoint import CHECKPOINT
 from cosim.run.options import RunOptions, Streaming
-from cosim.run.report import MANIFEST, Manifest, RunReport, VariantReport, undamaged
-from cosim.run.run_folder import make_folders, refuse_occupied, remove_empty, run_folder
+from cosim.run.report import (
+    MANIFEST,
+    Manifest,
+    RunReport,
+    VariantReport,
+    fitting,
+    read_content,
+    undamaged,
+    was_streamed,
+    written_files,
+)
+from cosim.run.run_folder import held, make_folders, refuse_occupied, remove_empty, run_folder
 from cosim.run.simulation import run
 from cosim.run.store import csv_file
-from cosim.run.stream import CHECKPOINT, run_streamed
-from cosim.run.zarr_store import TRAJECTORY
+from cosim.run.stream import finish, forget, has_rows, run_streamed, saved_run
+from cosim.run.zarr_layout import TRAJECTORY
 from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
+
+log = logging.getLogger("cosim")
 
 FIGURE = "figure.png"
 JobProgress = Callable[[str, float], None]
@@ -69,8 +82,8 @@ class Job:
 
     @property
     def subfolders(self) -> tuple[str, ...]:
-        """Name the folder of each label within that of the job: its own, if there are several."""
-        return self.labels if len(self.labels) > 1 else ("",)
+        """Name the folder of each label within that of the job."""
+        return _subfolders(self.labels)
 
     def options_of(self, label: str) -> RunOptions:
         """Return the options for one of the labels."""
@@ -85,18 +98,54 @@ class Job:
             "source": str(given.absolute()) if given.suffix else self.source,
             "choices": self.options.to_json(),
             "variants": list(self.variants),
+            "labels": list(self.labels),
             "streaming": self.streaming.to_json(),
         }
 
 
-@contextmanager
-def _opened_job(content: Mapping[str, Any], folder: Path) -> Generator[Job]:
-    """Read back what `Job.to_json` returned, and load the scenario for as long as it is needed."""
-    with undamaged(folder):
-        options, streaming = RunOptions.from_json(content["choices"]), Streaming.from_json(content["streaming"])
-        source, variants = str(content["source"]), tuple(map(str, content["variants"]))
-    with opened_scenario(source, options.stop_time, options.step_size) as scenario:
-        yield Job(scenario, options, variants, streaming, source)
+@dataclass(frozen=True)
+class _Plan:
+    """A job as a manifest tells it, before its scenario is loaded."""
+
+    source: str
+    choices: RunOptions
+    variants: list[str]
+    labels: list[str]
+    streaming: Streaming
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any], folder: Path) -> _Plan:
+        """Read back what `Job.to_json` returned; OutputError if it is damaged."""
+        with undamaged(folder):
+            options, streaming = RunOptions.from_json(content["choices"]), Streaming.from_json(content["streaming"])
+            rest = {name: content[name] for name in ("source", "variants", "labels")}
+            plan = fitting(cls(choices=options, streaming=streaming, **rest))
+            for label in plan.labels if len(plan.labels) > 1 else ():
+                if label in ("", ".", "..") or Path(label).name != label:
+                    raise ValueError(f"{label!r} is no name of a folder")
+            if not plan.labels or len(set(plan.labels)) < len(plan.labels):
+                raise ValueError("labels are missing, or there twice")
+            return replace(plan, choices=replace(plan.choices, overrides=options.overrides))
+
+    @property
+    def places(self) -> list[tuple[str, Path]]:
+        """Pair each label with the folder of its rows, within that of the job."""
+        return list(zip(self.labels, map(Path, _subfolders(self.labels)), strict=True))
+
+    @contextmanager
+    def opened(self) -> Generator[Job]:
+        """Load the scenario for as long as it is needed."""
+        with opened_scenario(self.source, self.choices.stop_time, self.choices.step_size) as scenario:
+            job = Job(scenario, self.choices, tuple(self.variants), self.streaming, self.source)
+            if list(job.labels) != self.labels:
+                told = f"its variants are {', '.join(job.labels)} now; expected {', '.join(self.labels)}"
+                raise CheckpointError(f"{self.source} is another scenario than the one that was begun: {told}")
+            yield job
+
+
+def _subfolders(labels: Sequence[str]) -> tuple[str, ...]:
+    """Name the folder of each label within that of the job: its own, if there are several."""
+    return tuple(labels) if len(labels) > 1 else ("",)
 
 
 def run_job(job: Job, folder: Path, progress: JobProgress) -> Manifest:
@@ -154,16 +203,93 @@ def resume_job(folder: Path, started: Callable[[Job], None], progress: JobProgre
     InputError, RunError, RunInterruptedError
         As `cosim.stream` does.
     """
-    manifest = Manifest.read(folder)
-    if manifest is None or manifest.job is None:
-        raise CheckpointError(f"{folder} holds no unfinished run")
-    with _opened_job(manifest.job, folder) as job:
-        started(job)
-        return _complete(job, _sink(job, folder), folder, manifest, progress)
+    with held(folder):
+        manifest = Manifest.read(folder)
+        if manifest is None or manifest.job is None:
+            _forget_finished(folder)
+            raise CheckpointError(f"{folder} holds no unfinished run")
+        plan = _Plan.from_json(manifest.job, folder)
+        _refuse_links(folder, plan)
+        manifest = _report_complete(plan, folder, manifest)
+        if manifest.job is None:
+            return manifest
+        with plan.opened() as job:
+            started(job)
+            return _complete(job, _sink(job, folder), folder, manifest, progress)
+
+
+def _forget_finished(folder: Path) -> None:
+    """Remove checkpoints that a run has left which was killed between its manifest and its end."""
+    content = read_content(folder)
+    for name in written_files(content) if content is not None and was_streamed(content) else ():
+        place = Path(name).parent
+        if Path(name).name in (TRAJECTORY, csv_file(Path(), 1).name) and not (folder / place).is_symlink():
+            forget(folder / place)
+
+
+def _refuse_links(folder: Path, plan: _Plan) -> None:
+    """Refuse a folder from elsewhere that leads out of itself, before anything is written to it."""
+    try:
+        refuse_links(folder, *(str(subfolder / CHECKPOINT) for _, subfolder in plan.places))
+    except OSError as error:
+        raise CheckpointError(f"output folder {folder}: {why(error)}") from None
+
+
+def _report_complete(plan: _Plan, folder: Path, manifest: Manifest) -> Manifest:
+    """Report the variants that lack nothing else: what they were run from may be gone by now."""
+    done = {variant.label for variant in manifest.variants}
+    sink = _DiskSink(folder, plan.streaming)
+    for label, subfolder in plan.places:
+        place = folder / subfolder
+        if label in done:
+            forget(place)
+        elif (place / CHECKPOINT).exists():
+            saved = saved_run(place)
+            if saved.notes.record is not None:
+                report = _Report(sink, folder, manifest.title or manifest.scenario, saved.notes.signals or [])
+                manifest = report.of(manifest, len(plan.labels), finish(place, saved), subfolder)
+    if len(manifest.variants) == len(plan.labels):
+        manifest = replace(manifest, job=None)
+        manifest.write(folder)
+    return manifest
+
+
+@dataclass(frozen=True)
+class _Report:
+    """A report of streamed variants, one by one: figure and entry of the manifest, and no checkpoint any more."""
+
+    sink: _DiskSink
+    folder: Path
+    title: str
+    signals: Sequence[str]
+
+    def of(self, manifest: Manifest, variants: int, result: Result, subfolder: Path) -> Manifest:
+        """Add a variant to the manifest, which is that of a complete job with the last of them."""
+        made = RunReport.from_record(result.record)
+        label = made.variant or made.scenario
+        figure = _drawn(self.folder, (subfolder / FIGURE).as_posix(), self.title, {label: result}, self.signals)
+        trajectory = (subfolder / self.sink.trajectory).as_posix()
+        entry = VariantReport(made, trajectory, dict(result.units), reporting.find(result), figure or "")
+        manifest = manifest.with_variant(entry)
+        if len(manifest.variants) == variants:
+            manifest = replace(manifest, job=None)
+        manifest.write(self.folder)
+        forget(self.folder / subfolder)
+        return manifest
+
+
+def _drawn(folder: Path, name: str, title: str, results: Mapping[str, Result], signals: Sequence[str]) -> str | None:
+    """Draw a figure and return its name; None if it cannot be drawn, which is no reason to lose results."""
+    try:
+        reporting.draw(folder / name, title, results, signals)
+    except Exception as error:  # whatever matplotlib makes of what it is given
+        log.warning("there is no figure %s: %s", name, why(error))
+        return None
+    return name
 
 
 def _complete(job: Job, sink: _Sink, folder: Path, manifest: Manifest, progress: JobProgress) -> Manifest:
-    """Run the variants that are not complete, and write the manifest after each and at the end."""
+    """Run the variants that are not complete, and write the manifest after each, or at the end."""
     title, signals = job.scenario.title or job.scenario.name, job.scenario.signals
     complete = {variant.label for variant in manifest.variants}
     results: dict[str, Result] = {}
@@ -171,22 +297,15 @@ def _complete(job: Job, sink: _Sink, folder: Path, manifest: Manifest, progress:
         if label in complete:
             continue
         result = sink.run(job.scenario, job.options_of(label), folder / subfolder, partial(progress, label))
-        trajectory, figure = (subfolder / sink.trajectory).as_posix(), None
-        if sink.keeps_results:
-            results[label] = result
-        else:
-            figure = (subfolder / FIGURE).as_posix()
-            reporting.draw(folder / figure, title, {label: result}, signals)
-        made = RunReport.from_record(result.record)
-        manifest = manifest.with_variant(
-            VariantReport(made, trajectory, dict(result.units), reporting.find(result), figure)
-        )
-        manifest.write(folder)
-    manifest = replace(manifest, job=None)
+        if isinstance(sink, _DiskSink):
+            manifest = _Report(sink, folder, title, signals).of(manifest, len(job.labels), result, subfolder)
+            continue
+        results[label] = result
+        made, trajectory = RunReport.from_record(result.record), (subfolder / sink.trajectory).as_posix()
+        manifest = manifest.with_variant(VariantReport(made, trajectory, dict(result.units), reporting.find(result)))
     if results:
-        reporting.draw(folder / FIGURE, title, results, signals)
-        manifest = replace(manifest, figure=FIGURE)
-    manifest.write(folder)
+        manifest = replace(manifest, figure=_drawn(folder, FIGURE, title, results, signals))
+        manifest.write(folder)
     return manifest
 
 
@@ -196,11 +315,6 @@ class _Sink(Protocol):
     @property
     def trajectory(self) -> str:
         """Name the file or folder of a variant's rows."""
-        ...
-
-    @property
-    def keeps_results(self) -> bool:
-        """Tell whether the results of all variants are at hand in the end, for a figure of them all."""
         ...
 
     def opened(self, manifest: Manifest) -> AbstractContextManager[Path]:
@@ -224,7 +338,6 @@ class _MemorySink:
     folder: Path
     subfolders: tuple[str, ...]
     trajectory: str = csv_file(Path(), 1).name
-    keeps_results: bool = True
 
     def opened(self, manifest: Manifest) -> AbstractContextManager[Path]:
         """Give a draft that takes the folder's name if all goes well."""
@@ -235,8 +348,11 @@ class _MemorySink:
     def run(self, scenario: Scenario, options: RunOptions, place: Path, progress: Progress) -> Result:
         """Run a variant and write its rows."""
         result = run(scenario, options, progress)
-        place.mkdir(exist_ok=True)
-        result.to_csv(place / self.trajectory)
+        try:
+            place.mkdir(exist_ok=True)
+            result.to_csv(place / self.trajectory)
+        except OSError as error:
+            raise OutputError(f"output folder {self.folder} cannot be written: {why(error)}") from error
         return result
 
 
@@ -246,7 +362,6 @@ class _DiskSink:
 
     folder: Path
     streaming: Streaming
-    keeps_results: bool = False
 
     @property
     def trajectory(self) -> str:
@@ -260,34 +375,34 @@ class _DiskSink:
         place, made = Path(os.path.realpath(self.folder)), list[Path]()
         try:
             made = make_folders(place)
-            manifest.write(place)
         except OSError as error:
-            remove_empty(made)
-            raise OutputError(f"output folder {self.folder} cannot be written: {error.strerror or error}") from error
-        try:
-            yield self.folder
-        except CosimError:
-            if not any(path.is_file() for path in place.rglob("*") if path != place / MANIFEST):
-                (place / MANIFEST).unlink(missing_ok=True)
-                remove_empty([*(path for path in place.iterdir() if path.is_dir()), *made])
-            raise
+            raise OutputError(f"output folder {self.folder} cannot be written: {why(error)}") from error
+        with held(place):
+            try:
+                manifest.write(place)
+                yield self.folder
+            except CosimError:
+                if not any(path.is_file() for path in place.rglob("*") if path != place / MANIFEST):
+                    (place / MANIFEST).unlink(missing_ok=True)
+                    remove_empty([*(path for path in place.iterdir() if path.is_dir()), *made])
+                raise
 
     def run(self, scenario: Scenario, options: RunOptions, place: Path, progress: Progress) -> Result:
         """Run a variant, or go on with it; an interrupt tells the folder to resume."""
         resume = (place / CHECKPOINT).exists()
-        if not resume:
-            _clear(place)
         try:
-            return run_streamed(scenario, options, self.streaming, place, resume=resume, progress=progress)
+            return run_streamed(
+                scenario,
+                options,
+                self.streaming,
+                place,
+                resume=resume,
+                anew=not resume,
+                hold=False,
+                progress=progress,
+            )
         except RunInterruptedError as error:
             raise RunInterruptedError(self.folder, error.time, can_resume=error.can_resume) from None
         except KeyboardInterrupt:
-            raise RunInterruptedError(self.folder, None, can_resume=True) from None
-
-
-def _clear(place: Path) -> None:
-    """Remove what a run has left that ended before its first checkpoint."""
-    shutil.rmtree(place / TRAJECTORY, ignore_errors=True)
-    for path in place.glob("trajectory*.csv"):
-        if re.fullmatch(r"trajectory(_\d+)?\.csv", path.name):
-            path.unlink()
+            can_resume = (place / CHECKPOINT).exists() or not has_rows(place)
+            raise RunInterruptedError(self.folder, None, can_resume=can_resume) from None

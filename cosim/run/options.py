@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, TypedDict, cast
 
@@ -70,7 +70,7 @@ class RunOptions:
     stop_time: float | None = None
     overrides: Mapping[str, Value] | None = None
     variant: str | None = None
-    isolate: bool | Collection[str] = False
+    isolate: bool | str | Sequence[str] | Set[str] = False
     limits: Limits | None = None
 
     def __post_init__(self) -> None:

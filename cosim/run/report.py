@@ -6,6 +6,7 @@ what was found a `VariantReport`, and those of a folder its `Manifest`.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -14,23 +15,31 @@ import subprocess
 import tomllib
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
 from pathlib import Path, PurePosixPath
-from typing import Any, NotRequired, TypedDict, cast
+from typing import Any, NotRequired, TypeVar, cast
 
 import numpy as np
+from typing_extensions import TypedDict  # as pydantic wants it before Python 3.12
 
 from cosim.drilling.reporting import Findings
 from cosim.errors import OutputError
+from cosim.files import read_file, replace_file, why
 from cosim.scenario.scenario import Scenario
 
 MANIFEST = "manifest.json"
-FORMAT = "cosim-run-1"
+FORMAT = "cosim-run-2"
+_UNPROVEN = "cosim-run-1"
+"""Format of manifests without a digest, of earlier versions."""
 UNFINISHED = "unfinished"
 """State of a run that can be resumed."""
+MOST_BYTES = 10**8
+"""In a manifest."""
+_DIGEST = "sha256"
+"""Key of the digest of all other entries."""
 _FILES = ("trajectory", "figure")
 """Keys of files in the entry of a variant."""
 _OPTIONAL = {"optional": True}
@@ -226,7 +235,7 @@ class VariantReport:
     findings : Findings
         Measures and energy.
     figure : str, optional
-        Where its own figure is, within the folder.
+        Where its own figure is, within the folder; empty if it could not be drawn, and None if it has none of its own.
     """
 
     run: RunReport
@@ -326,7 +335,7 @@ class Manifest:
         with undamaged(folder):
             variants = tuple(VariantReport.from_json(entry, content) for entry in content["variants"])
             head = {name: content[name] for name in ("scenario", "title", "created", "versions", "commit", "job")}
-            return cls(**head, variants=variants)
+            return fitting(cls(**head, variants=variants))
 
 
 @contextmanager
@@ -334,9 +343,30 @@ def undamaged(folder: Path) -> Generator[None]:
     """Say in a sentence that what a manifest tells is not as it was written."""
     try:
         yield
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else why(error)
         raise OutputError(f"output folder {folder}: {MANIFEST} is damaged: {what}") from error
+
+
+Told = TypeVar("Told")
+
+
+def fitting(told: Told) -> Told:
+    """Return a dataclass that was read with its fields, and theirs, of the types they are declared to be.
+
+    Raises
+    ------
+    ValueError
+        If one cannot be; in one line.
+    """
+    from pydantic import TypeAdapter, ValidationError  # which takes a while to import
+
+    adapter: TypeAdapter[Told] = TypeAdapter(type(told))
+    try:
+        return adapter.validate_python(asdict(cast(Any, told)))
+    except ValidationError as error:
+        first = error.errors(include_input=False, include_url=False)[0]
+        raise ValueError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
 
 
 def written_files(content: Mapping[str, Any]) -> set[str]:
@@ -349,15 +379,30 @@ def written_files(content: Mapping[str, Any]) -> set[str]:
 
 
 def was_streamed(content: Mapping[str, Any]) -> bool:
-    """Tell from a manifest whether its run was streamed: such a run has a figure for each variant."""
+    """Tell from a manifest whether its run was streamed: such a run names a figure for each variant."""
     told: list[Any] = content["variants"] if isinstance(content.get("variants"), list) else []
     return any(isinstance(entry, dict) and "figure" in entry for entry in told)
 
 
 def write_content(folder: Path, content: Mapping[str, Any]) -> None:
-    """Write a manifest; infinite numbers as ``"inf"``, since JSON has none."""
-    text = json.dumps({"format": FORMAT, **plain(content)}, indent=2, allow_nan=False)
-    (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")
+    """Write a manifest, with a digest of what it says, in one step; infinite numbers as ``"inf"``, which JSON lacks.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; one that was there is left alone.
+    """
+    told = {"format": FORMAT, **plain(content)}
+    text = json.dumps({**told, _DIGEST: _digest(told)}, indent=2, allow_nan=False)
+    try:
+        replace_file(folder / MANIFEST, f"{text}\n".encode())
+    except OSError as error:
+        raise OutputError(f"output folder {folder} cannot be written: {why(error)}") from error
+
+
+def _digest(content: Mapping[str, Any]) -> str:
+    """Return the digest of what a manifest says, however it is laid out."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 
 def read_content(folder: Path) -> dict[str, Any] | None:
@@ -366,20 +411,26 @@ def read_content(folder: Path) -> dict[str, Any] | None:
     Raises
     ------
     OutputError
-        If there is a manifest that cannot be read.
+        If there is a manifest that cannot be read, or does not say what was written.
     """
     try:
-        content: object = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        content: object = json.loads(read_file(folder / MANIFEST, MOST_BYTES, follow=False).decode("utf-8"))
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise OutputError(f"output folder {folder} cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
-        raise OutputError(f"output folder {folder}: {MANIFEST} is not JSON: {error}") from error
+        raise OutputError(f"output folder {folder} cannot be read: {why(error)}") from error
+    except (ValueError, RecursionError) as error:
+        raise OutputError(f"output folder {folder}: {MANIFEST} is not JSON: {why(error)}") from error
     if not isinstance(content, dict):
         return None
     manifest = cast(dict[str, Any], content)
-    return manifest if manifest.get("format") == FORMAT else None
+    if manifest.get("format") not in (FORMAT, _UNPROVEN):
+        return None
+    digest = manifest.pop(_DIGEST, None)
+    proven = digest is not None or manifest["format"] == FORMAT
+    if proven and digest != _digest(manifest):
+        raise OutputError(f"output folder {folder}: {MANIFEST} is damaged: it does not say what was written")
+    return manifest
 
 
 def plain(value: Any) -> Any:

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from cosim.errors import OutputError
+from cosim.files import draft_of, locked, make_durable, why
 from cosim.run.report import MANIFEST, UNFINISHED, read_content, was_streamed, written_files
 
 
@@ -53,9 +54,10 @@ def run_folder(path: Path, files: Iterable[str] = ()) -> Generator[Path]:
         raise OutputError(f"output folder {path} cannot be written: {error.strerror}") from error
     try:
         yield draft
-        _put_in_place(draft, path, earlier)
-    except OSError as error:
-        raise OutputError(f"output folder {path} cannot be written: {error.strerror or error}") from error
+        try:
+            _put_in_place(draft, path, earlier)
+        except OSError as error:
+            raise OutputError(f"output folder {path} cannot be written: {why(error)}") from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
         remove_empty(made)
@@ -71,8 +73,26 @@ def refuse_occupied(path: Path) -> None:
     """
     path = Path(os.path.realpath(path))
     _refuse_foreign(path)
-    if path.exists() and any(path.iterdir()):
+    if path.exists() and not _is_empty(path):
         raise OutputError(f"output folder {path} holds a run already; expected a new folder for a streamed one")
+
+
+@contextmanager
+def held(path: Path) -> Generator[None]:
+    """Keep other programs from going on with the run in a folder while the block runs.
+
+    Raises
+    ------
+    OutputError
+        If one has begun to.
+    """
+    if not path.is_dir():
+        yield
+        return
+    with locked(path) as free:
+        if not free:
+            raise OutputError(f"output folder {path} is in use: the run in it is going on")
+        yield
 
 
 def _refuse_foreign(path: Path) -> None:
@@ -82,7 +102,7 @@ def _refuse_foreign(path: Path) -> None:
     if not path.is_dir():
         raise OutputError(f"output folder {path} is a file; expected a folder or nothing")
     try:
-        empty = not any(path.iterdir())
+        empty = _is_empty(path)
     except OSError as error:
         raise OutputError(f"output folder {path} cannot be read: {error}") from error
     manifest = read_content(path)
@@ -96,6 +116,11 @@ def _refuse_foreign(path: Path) -> None:
         )
     if not os.access(path, os.W_OK):
         raise OutputError(f"output folder {path} cannot be written: Permission denied")
+
+
+def _is_empty(path: Path) -> bool:
+    """Tell whether a folder holds nothing, or only the draft that a run has left which was killed as it began."""
+    return all(entry.name == draft_of(path / MANIFEST).name for entry in path.iterdir())
 
 
 def _earlier(path: Path) -> set[str]:
@@ -164,6 +189,7 @@ def remove_empty(folders: Iterable[Path]) -> None:
 def _put_in_place(draft: Path, path: Path, earlier: set[str]) -> None:
     """Move what was written to its place; what an earlier run has written goes only when all the new is there."""
     draft.chmod(0o755)
+    make_durable(file for file in draft.rglob("*") if file.is_file())
     if not path.exists():
         draft.rename(path)
         return

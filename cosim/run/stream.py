@@ -4,49 +4,49 @@ Ctrl-C and a request to terminate are taken between steps. An FMU may run Python
 KeyboardInterrupt raised within it and report a failed step instead. So the signal is only noted, and the run is left at
 the next report of progress.
 
-A checkpoint is all that a run needs to go on, in one file: an .npz archive of NumPy, arrays by name and JSON text among
-them. It is written beside its place and takes it when it is complete, so a program that is killed on the way leaves the
-checkpoint before.
+There is a checkpoint from the first rows on, and the last one, of a run that is complete, has all that is to be
+reported of it. It goes only when that has been written: whenever a program is killed, nothing that was stored is lost.
 """
 
 from __future__ import annotations
 
 import json
 import logging
+import math
 import os
+import re
 import shutil
 import signal
-import struct
 import threading
 import time
-import zipfile
-import zlib
 from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import FrameType
 from typing import Any, Unpack, cast
 
-import numpy as np
-
 from cosim.drilling import reporting
 from cosim.errors import CheckpointError, CosimError, OutputError, RunInterruptedError
+from cosim.files import refuse_links, why
 from cosim.master.run import Progress, Snapshot
-from cosim.recording.result import Result, Rows, Tail
+from cosim.recording.result import Result, Rows, Tail, kept_result
 from cosim.run.assembly import Assembly, assembled
+from cosim.run.checkpoint import CHECKPOINT, Checkpoint, checkpoint_of, snapshot_of, write_checkpoint
 from cosim.run.options import INTERVAL, OptionKeywords, RunOptions, Streaming, chosen
-from cosim.run.report import plain
-from cosim.run.run_folder import make_folders, remove_empty
-from cosim.run.store import Store, create_csv, csv_file, decimate, reopen_csv
-from cosim.run.zarr_store import TRAJECTORY, create_zarr, reopen_zarr, require_zarr
+from cosim.run.report import RunReport, fitting, plain
+from cosim.run.run_folder import held, make_folders, remove_empty
+from cosim.run.store import Store, create_csv, csv_file, decimate, reopen_csv, stride_of
+from cosim.run.zarr_layout import TRAJECTORY, require_codecs
+from cosim.run.zarr_store import create_zarr, reopen_zarr
 from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
 
 log = logging.getLogger("cosim")
 
-CHECKPOINT = "checkpoint.npz"
+# What a snapshot that another program has made up can make a restored run raise.
+_SENSELESS = (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError)
 
 
 def stream(
@@ -108,7 +108,9 @@ def stream(
     streaming = Streaming(every or {}, csv, checkpoint_interval)
     choice = chosen(options, keywords)
     with opened_scenario(scenario, choice.stop_time, choice.step_size) as opened:
-        return run_streamed(opened, choice, streaming, Path(folder), resume=resume, progress=progress)
+        result = run_streamed(opened, choice, streaming, Path(folder), resume=resume, progress=progress)
+    forget(Path(folder))
+    return result
 
 
 def run_streamed(
@@ -118,36 +120,123 @@ def run_streamed(
     folder: Path,
     *,
     resume: bool = False,
+    anew: bool = False,
+    hold: bool = True,
     progress: Progress | None = None,
 ) -> Result:
-    """Run one variant of a scenario to disk; as `stream`, with all options in one."""
-    if not resume:
-        _refuse_run(folder)
-    saved = read_checkpoint(folder / CHECKPOINT) if resume else None
-    if saved is not None:
-        streaming = replace(streaming, strides=saved.notes["every"], csv=saved.notes["csv"])
-    if not streaming.csv:
-        require_zarr()
-    with assembled(scenario, options) as assembly:
-        run = _StreamedRun(scenario, assembly, folder, streaming)
+    """Run one variant of a scenario to disk; as `stream`, with all options in one.
+
+    The last checkpoint is left, of a run that is complete as well, until `forget` is called.
+
+    Parameters
+    ----------
+    anew : bool
+        Replace what a run has left that ended before its first checkpoint.
+    hold : bool
+        Keep other programs from going on with the run; the caller may have seen to it.
+    """
+    with ExitStack() as stack:
+        if hold and resume:
+            stack.enter_context(held(folder))
+        if not resume and not anew:
+            _refuse_run(folder)
+        saved = saved_run(folder) if resume else None
+        if saved is not None:
+            streaming = replace(streaming, strides=saved.notes.every, csv=saved.notes.csv)
+        if not streaming.csv:
+            require_codecs("writing Zarr")
+        assembly = stack.enter_context(assembled(scenario, options))
+        run = _StreamedRun(scenario, assembly, folder, streaming, anew=anew)
+        run.refuse_other(saved)
+        if saved is not None and saved.notes.record is not None:
+            return finish(folder, saved)
         _warn_of_stateless(assembly)
         with _opened(run, saved):
-            _advance(run, streaming.checkpoint_interval, progress)
+            if hold and not resume:
+                stack.enter_context(held(folder))
+            _advance(run, streaming.checkpoint_interval, progress, first=saved is None)
             return run.complete()
+
+
+def saved_run(folder: Path) -> Checkpoint:
+    """Read the checkpoint of a run; CheckpointError if there is none to be gone on from."""
+    try:
+        refuse_links(folder, CHECKPOINT, TRAJECTORY)
+    except OSError as error:
+        raise CheckpointError(f"output folder {folder}: {why(error)}") from None
+    return checkpoint_of(folder / CHECKPOINT)
+
+
+def forget(folder: Path) -> None:
+    """Remove the checkpoint of a run that has been reported.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be removed.
+    """
+    try:
+        (folder / CHECKPOINT).unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder / CHECKPOINT} cannot be removed: {why(error)}") from error
+
+
+def has_rows(folder: Path) -> bool:
+    """Tell whether a run has stored anything in a folder."""
+    return (folder / TRAJECTORY).exists() or csv_file(folder, 1).exists() or any(folder.glob("trajectory_*.csv"))
+
+
+def finish(folder: Path, saved: Checkpoint) -> Result:
+    """Return the result of a run whose last checkpoint says that it is complete, once its rows have been checked.
+
+    Raises
+    ------
+    CheckpointError
+        If the checkpoint makes no sense.
+    OutputError
+        If rows are damaged or missing.
+    """
+    notes = saved.notes
+    try:
+        record = fitting(RunReport.from_record(notes.record or {})).record()
+        columns = {stride_of(name): () for name in notes.position}
+        store: Store = (
+            reopen_csv(folder, columns, notes.position, notes.proof)
+            if notes.csv
+            else reopen_zarr(folder / TRAJECTORY, None, notes.position, notes.proof)
+        )
+        result = kept_result(saved.arrays, notes.units or {}, record)
+        reporting.find(result)
+        try:
+            store.close(_attributes("complete", float(result.time[-1]), record))
+        finally:
+            store.release()
+    except _SENSELESS as error:
+        raise CheckpointError(f"{folder / CHECKPOINT} is damaged: {why(error)}") from error
+    return result
+
+
+def _attributes(state: str, reached: float, record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a store is to tell of a run."""
+    return plain({"state": state, "reached": reached, **record})
 
 
 class _StreamedRun:
     """A run whose rows go to a store, and the tail of them that is kept."""
 
-    def __init__(self, scenario: Scenario, assembly: Assembly, folder: Path, streaming: Streaming) -> None:
+    def __init__(
+        self, scenario: Scenario, assembly: Assembly, folder: Path, streaming: Streaming, *, anew: bool
+    ) -> None:
         self.master = assembly.master
         self.folder = folder
         self._assembly = assembly
         self._strides, self._csv = dict(streaming.strides), streaming.csv
         self._chosen = decimate(self.master.columns, streaming.strides)
         self._identity = _identity(assembly)
-        self._tail = Tail(reporting.watched(self.master.columns, scenario.signals))
-        self._title = scenario.title or scenario.name
+        self._watched = reporting.watched(self.master.columns, scenario.signals)
+        self._tail = Tail(self._watched)
+        self._title, self._signals = scenario.title or scenario.name, list(scenario.signals)
+        self._anew = anew
         self._store: Store
 
     @property
@@ -155,17 +244,32 @@ class _StreamedRun:
         """Tell whether all components can give their states."""
         return all(known.can_serialize_state for known in self._assembly.descriptions.values())
 
+    def refuse_other(self, saved: Checkpoint | None) -> None:
+        """Refuse to go on with what is of another run, or to replace rows that nothing could go on from."""
+        path = self.folder / CHECKPOINT
+        difference = saved and _difference(saved.notes.identity, self._identity)
+        if difference:
+            raise CheckpointError(f"{path} is of another run: {difference}")
+        if self._anew and not self.can_resume and has_rows(self.folder):
+            raise CheckpointError(
+                f"{self.folder} holds a run that cannot be resumed, as {_stateless(self._assembly)}; its rows are left "
+                "as they are, and a new run needs another folder"
+            )
+
     def begin(self) -> None:
         """Initialise the components and begin to store."""
         self.master.begin()
         made: list[Path] = []
         try:
             made = make_folders(Path(os.path.realpath(self.folder)))
+            if self._anew:
+                _clear(self.folder)
             self._store = self._new_store()
         except OSError as error:
-            raise OutputError(f"output folder {self.folder} cannot be written: {error.strerror or error}") from error
+            raise OutputError(f"output folder {self.folder} cannot be written: {why(error)}") from error
         except CosimError:
-            shutil.rmtree(self.folder / TRAJECTORY, ignore_errors=True)
+            with suppress(OSError):
+                _clear(self.folder)
             remove_empty(made)
             raise
 
@@ -178,17 +282,19 @@ class _StreamedRun:
         attributes = {**head, "state": "running", **self._assembly.provenance, **self.master.plan}
         return create_zarr(self.folder / TRAJECTORY, self._chosen, plain(attributes))
 
-    def go_on(self, saved: Snapshot) -> None:
+    def go_on(self, saved: Checkpoint) -> None:
         """Go on from a checkpoint."""
-        difference = _difference(saved.notes["identity"], self._identity)
-        if difference:
-            raise CheckpointError(f"{self.folder / CHECKPOINT} is of another run: {difference}")
+        notes = saved.notes
         self.master.begin()
-        self.master.resume(Snapshot(saved.notes["snapshot"], saved.arrays))
-        self._tail.restore(saved.arrays)
-        reopen = reopen_csv if self._csv else reopen_zarr
-        place = self.folder if self._csv else self.folder / TRAJECTORY
-        self._store = reopen(place, self._chosen, saved.notes["position"])
+        try:
+            self.master.resume(snapshot_of(saved))
+            self._tail.restore(saved.arrays)
+            if self._csv:
+                self._store = reopen_csv(self.folder, self._chosen, notes.position, notes.proof)
+            else:
+                self._store = reopen_zarr(self.folder / TRAJECTORY, self._chosen, notes.position, notes.proof)
+        except _SENSELESS as error:
+            raise CheckpointError(f"{self.folder / CHECKPOINT} is damaged: {why(error)}") from error
 
     def take(self, rows: Rows) -> None:
         """Keep rows."""
@@ -196,33 +302,43 @@ class _StreamedRun:
         self._tail.take(rows)
 
     def save(self) -> None:
-        """Write a checkpoint, if one can be made."""
+        """Bring all rows to disk and write a checkpoint, if one can be made."""
         position = self._store.commit()
-        if not self.can_resume:
-            return
-        snapshot = self.master.snapshot()
-        notes = {
-            "identity": self._identity, "every": self._strides, "csv": self._csv,
-            "position": dict(position), "snapshot": snapshot.notes,
-        }  # fmt: skip
-        write_checkpoint(self.folder / CHECKPOINT, Snapshot(notes, {**snapshot.arrays, **self._tail.arrays()}))
+        if self.can_resume:
+            snapshot = self.master.snapshot()
+            self._write(position, {"snapshot": snapshot.notes}, snapshot.arrays)
 
-    def close(self, state: str) -> dict[str, Any]:
-        """Bring all rows to disk with what is to be told of the run so far, which is returned."""
+    def _write(self, position: Mapping[str, int], notes: Mapping[str, Any], arrays: Mapping[str, Any]) -> None:
+        """Write a checkpoint."""
+        common = {
+            "identity": self._identity, "every": self._strides, "csv": self._csv,
+            "position": dict(position), "proof": dict(self._store.proof),
+        }  # fmt: skip
+        told = Snapshot({**common, **notes}, {**arrays, **self._tail.arrays()})
+        write_checkpoint(self.folder / CHECKPOINT, told)
+
+    def close(self, state: str) -> None:
+        """Bring all rows to disk with what is to be told of the run so far."""
         record = self._assembly.report(self.master.account()).record()
-        self._store.close(plain({"state": state, "reached": self.master.time, **record}))
-        return record
+        self._store.close(_attributes(state, self.master.time, record))
+
+    def release(self) -> None:
+        """Let go of what is open."""
+        self._store.release()
 
     def complete(self) -> Result:
-        """End the run, of which no checkpoint is needed any more."""
+        """End the run; its last checkpoint has what is to be reported of it."""
         self.master.end()
-        record = self.close("complete")
-        (self.folder / CHECKPOINT).unlink(missing_ok=True)
+        record = self._assembly.report(self.master.account()).record()
+        units = {column.name: column.unit for column in self._watched}
+        told = {"record": record, "units": units, "signals": self._signals}
+        self._write(self._store.commit(), told, {})
+        self._store.close(_attributes("complete", self.master.time, record))
         return self._tail.result(record)
 
 
 @contextmanager
-def _opened(run: _StreamedRun, saved: Snapshot | None) -> Generator[None]:
+def _opened(run: _StreamedRun, saved: Checkpoint | None) -> Generator[None]:
     """Begin or go on; should a component fail, leave what was stored before readable."""
     if saved is None:
         run.begin()
@@ -231,13 +347,16 @@ def _opened(run: _StreamedRun, saved: Snapshot | None) -> Generator[None]:
     try:
         yield
     except CosimError as error:
-        run.close(f"failed: {error}")
+        with suppress(OutputError):  # the disk may be full, which is what is told then
+            run.close(f"failed: {error}")
         raise
+    finally:
+        run.release()
 
 
-def _advance(run: _StreamedRun, interval: float, progress: Progress | None) -> None:
-    """Take all steps, with a checkpoint now and then."""
-    saved = time.monotonic()
+def _advance(run: _StreamedRun, interval: float, progress: Progress | None, *, first: bool) -> None:
+    """Take all steps, with a checkpoint now and then, and one of the `first` rows."""
+    saved = -math.inf if first else time.monotonic()
     with _signals() as check:
         for rows in run.master.rows():
             run.take(rows)
@@ -276,12 +395,26 @@ def _refuse_run(folder: Path) -> None:
             raise OutputError(f"{folder / name} is there already; expected a folder without a run")
 
 
+def _clear(folder: Path) -> None:
+    """Remove what a run has left that ended before its first checkpoint."""
+    if not (folder / TRAJECTORY).is_symlink():
+        shutil.rmtree(folder / TRAJECTORY, ignore_errors=True)
+    for path in folder.glob("trajectory*.csv"):
+        if re.fullmatch(r"trajectory(_\d+)?\.csv", path.name):
+            path.unlink()
+
+
+def _stateless(assembly: Assembly) -> str:
+    """Say which components can give no state; nothing if all can."""
+    names = [name for name, known in assembly.descriptions.items() if not known.can_serialize_state]
+    what = "which lacks canSerializeFMUstate" if len(names) == 1 else "which lack canSerializeFMUstate"
+    return f"{' and '.join(names)} cannot give a state, {what}" if names else ""
+
+
 def _warn_of_stateless(assembly: Assembly) -> None:
     """Name the components for which there can be no checkpoints."""
-    names = [name for name, known in assembly.descriptions.items() if not known.can_serialize_state]
-    if names:
-        what = "which lacks canSerializeFMUstate" if len(names) == 1 else "which lack canSerializeFMUstate"
-        log.warning("no checkpoints, as %s cannot give a state, %s", " and ".join(names), what)
+    if _stateless(assembly):
+        log.warning("no checkpoints, as %s", _stateless(assembly))
 
 
 def _identity(assembly: Assembly) -> dict[str, Any]:
@@ -342,61 +475,3 @@ def interruptible(*, to_the_end: bool = True) -> Generator[Callable[[], None]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-FORMAT = "cosim-checkpoint-1"
-_HEAD = "head"
-# What zipfile and NumPy raise on damaged archives.
-_DAMAGE = (
-    OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, OverflowError, RuntimeError, struct.error,
-    zipfile.BadZipFile, zlib.error,
-)  # fmt: skip
-
-
-def write_checkpoint(path: Path, snapshot: Snapshot) -> None:
-    """Write a snapshot as a checkpoint, in place of an earlier one.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written; the earlier one is left alone.
-    """
-    head = {"format": FORMAT, "arrays": sorted(snapshot.arrays), "notes": snapshot.notes}
-    content = np.frombuffer(json.dumps(head).encode(), np.uint8)
-    plain = {name: values.astype(str) if values.dtype == object else values for name, values in snapshot.arrays.items()}
-    draft = path.with_name(f".{path.name}.new")
-    try:
-        with draft.open("wb") as file:
-            np.savez(file, allow_pickle=False, **{_HEAD: content}, **plain)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            draft.unlink()
-        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error
-
-
-def read_checkpoint(path: Path) -> Snapshot:
-    """Read what a checkpoint holds.
-
-    Raises
-    ------
-    CheckpointError
-        If it is not there, is none, is damaged, or is of another version.
-    """
-    try:
-        # opened here: NumPy leaves the file open where the archive turns out to be none
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        head = json.loads(arrays.pop(_HEAD).tobytes())
-        found, names, notes = head["format"], head["arrays"], head["notes"]
-    except FileNotFoundError:
-        raise CheckpointError(f"{path}: there is no such file") from None
-    except _DAMAGE as error:
-        raise CheckpointError(f"{path} is no checkpoint, or is damaged: {error}") from error
-    if found != FORMAT:
-        raise CheckpointError(f"{path} is a checkpoint of format {found}; expected {FORMAT}")
-    if sorted(arrays) != names:
-        raise CheckpointError(f"{path} is damaged: it holds {', '.join(sorted(arrays))}; expected {', '.join(names)}")
-    return Snapshot(notes, arrays)

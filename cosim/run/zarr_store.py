@@ -1,112 +1,179 @@
-"""Stream trajectories to Zarr (version 2), laid out as xarray reads them, and read them back.
+"""Stream trajectories to Zarr: chunks are replaced whole, after the index that says what they were and will be.
 
-Each column is an array over a time axis, ``time`` where every row is stored, ``time_10`` where every tenth is. Zarr
-replaces files whole, so that a store is never left with half of one. Columns may differ in length if the program ends
-while it writes; `cosim.open_trajectory` cuts them to the shortest.
+Columns may differ in length if the program ends while it writes; `cosim.open_trajectory` cuts them to the shortest.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
+import uuid
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import InputError, OutputError, require
+from cosim.errors import OutputError
+from cosim.files import make_durable, replace_file, why
 from cosim.recording.record import TEXT
 from cosim.recording.result import Column, Rows
+from cosim.run import zarr_layout as layout
 from cosim.run.store import Position, axis
+from cosim.run.zarr_layout import AxisIndex, Candidate, ColumnIndex, DamagedStoreError, Index, digest, text_of
 
-if TYPE_CHECKING:
-    import xarray
-
-TRAJECTORY = "trajectory.zarr"
-CHUNK = 65536
-"""Rows in a file."""
-_FORMAT = 2
-_ENCODED = '%/\\:*?"<>|'
-_LONGEST = 200
-_GATHERED = ".zmetadata"
+_RUN = "run"
 
 
 @dataclass
+class _Draft:
+    """A chunk that is to be written: where, what, and what it will be in the index."""
+
+    column: ColumnIndex
+    name: str
+    content: bytes
+    candidate: Candidate
+
+
 class _Axis:
     """Columns of one stride, and the rows that no full file holds yet.
 
     Attributes
     ----------
-    stride : int
-        In rows.
-    arrays : dict of str to zarr.Array
-        By name of column, and the axis itself.
+    index : AxisIndex
+        Its part of the index.
     pending : dict of str to ndarray, shape (CHUNK,)
-        The rows from `base` on.
+        The rows from `base` on, by name of column, the axis itself among them.
     base, filled : int
         Rows in full files, and after them.
     """
 
-    stride: int
-    arrays: dict[str, Any]
-    pending: dict[str, NDArray[Any]]
-    base: int
-    filled: int
+    def __init__(self, index: AxisIndex, base: int = 0, filled: int = 0) -> None:
+        self.index = index
+        self.base, self.filled = base, filled
+        self.pending: dict[str, NDArray[Any]] = {
+            column.name: np.full(layout.CHUNK, "" if column.type == TEXT else 0, column.type)
+            for column in index.columns
+        }
 
-    def take(self, rows: Rows) -> None:
-        """Take what is to be stored."""
-        chosen = slice(-rows.first % self.stride, None, self.stride)
-        values = {name: rows.columns[name][chosen] for name in self.arrays if name != axis(self.stride)}
-        values[axis(self.stride)] = rows.times[chosen]
-        count, taken = values[axis(self.stride)].size, 0
+    @property
+    def name(self) -> str:
+        """Name the axis."""
+        return axis(self.index.stride)
+
+    @property
+    def rows(self) -> int:
+        """Return how many rows have been taken."""
+        return self.base + self.filled
+
+    def take(self, rows: Rows) -> Generator[None]:
+        """Take what is to be stored; whenever a chunk is full, it has to be written before this goes on."""
+        chosen = slice(-rows.first % self.index.stride, None, self.index.stride)
+        values = {name: rows.columns[name][chosen] for name in self.pending if name != self.name}
+        values[self.name] = rows.times[chosen]
+        count, taken = values[self.name].size, 0
         while taken < count:
-            part = min(count - taken, CHUNK - self.filled)
+            part = min(count - taken, layout.CHUNK - self.filled)
             for name, pending in self.pending.items():
                 pending[self.filled : self.filled + part] = values[name][taken : taken + part]
             taken += part
             self.filled += part
-            if self.filled == CHUNK:
-                self.write()
-                self.base, self.filled = self.base + CHUNK, 0
+            if self.filled == layout.CHUNK:
+                yield
+                self.base, self.filled = self.base + layout.CHUNK, 0
+                for column in self.index.columns:
+                    column.full.append(column.last.pop()[1])
+                    column.last.clear()
 
-    def write(self) -> None:
-        """Write the pending rows."""
-        for name, array in self.arrays.items():
-            array.resize((self.base + self.filled,))
-            array[self.base :] = self.pending[name][: self.filled]
+    def drafts(self) -> list[_Draft]:
+        """Make the chunks that are not on disk as they should be."""
+        drafts: list[_Draft] = []
+        for column in self.index.columns if self.filled else ():
+            if [rows for rows, _ in column.last] == [self.filled]:
+                continue
+            content = layout.encoded(self.pending[column.name], self.filled)
+            name = layout.chunk_file(column, len(column.full))
+            drafts.append(_Draft(column, name, content, (self.filled, digest(content))))
+        return drafts
 
 
 class ZarrStore:
     """An open store; made by `create_zarr` or `reopen_zarr`."""
 
-    def __init__(self, path: Path, group: Any, axes: Sequence[_Axis]) -> None:
+    def __init__(self, path: Path, index: Index, axes: Sequence[_Axis], attributes: Mapping[str, Any]) -> None:
         self._path = path
-        self._group = group
+        self._index = index
         self._axes = tuple(axes)
+        self._attributes = dict(attributes)
+        self._passing: set[str] = set()
+
+    @property
+    def proof(self) -> Mapping[str, str]:
+        """Return the name of the run, which no other has; the digests are in the index."""
+        return {_RUN: self._index.run}
 
     def take(self, rows: Rows) -> None:
         """Take the rows that follow those taken before."""
         with _writing(self._path):
             for each in self._axes:
-                each.take(rows)
+                for _ in each.take(rows):
+                    self._write([each], durable=False)
 
     def commit(self) -> Position:
-        """Write everything taken so far; return the number of rows on each axis."""
+        """Write everything taken so far, to stay; return the number of rows on each axis."""
         with _writing(self._path):
+            self._write(self._axes, durable=True)
+            make_durable(self._path / name for name in self._passing)
+            self._passing.clear()
             for each in self._axes:
-                each.write()
-        return {axis(each.stride): each.base + each.filled for each in self._axes}
+                for column in each.index.columns:
+                    self._describe(column, each.rows)
+        return {each.name: each.rows for each in self._axes}
 
     def close(self, attributes: Mapping[str, Any]) -> None:
         """Write everything, with attributes of the whole, and gather what describes the columns in one place."""
         self.commit()
+        self._attributes |= _simple(attributes)
+        content = text_of(self._attributes)
         with _writing(self._path):
-            self._group.update_attributes(_simple(attributes))
-            _zarr().consolidate_metadata(self._group.store, zarr_format=_FORMAT)
+            self._index.attributes.append(digest(content))
+            self._index.write(self._path)
+            replace_file(self._path / layout.ATTRIBUTES, content)
+            self._index.attributes = [digest(content)]
+            rows = {each.name: each.rows for each in self._axes}
+            gathered = layout.gathered_document(self._index, self._attributes, rows)
+            replace_file(self._path / layout.GATHERED, text_of(gathered))
+            self._index.closed = True
+            self._index.write(self._path)
+
+    def release(self) -> None:
+        """Do nothing, as no file stays open."""
+
+    def _write(self, axes: Sequence[_Axis], *, durable: bool) -> None:
+        """Write the chunks of some axes that are not on disk yet, the index first.
+
+        A chunk that takes the place of one with fewer rows of the last checkpoint is written to stay in any case, and
+        so is the index before it: neither may outlive a loss of power without the other.
+        """
+        drafts = [draft for each in axes for draft in each.drafts()]
+        if not drafts:
+            return
+        durable = durable or any(draft.column.last for draft in drafts)
+        for draft in drafts:
+            draft.column.last.append(draft.candidate)
+        self._index.write(self._path, durable=durable)
+        for draft in drafts:
+            replace_file(self._path / draft.name, draft.content, durable=durable)
+            if not durable:
+                self._passing.add(draft.name)
+            draft.column.last[:] = [draft.candidate]
+
+    def _describe(self, column: ColumnIndex, rows: int) -> None:
+        """Tell readers that know no index how many rows there are."""
+        document = text_of(layout.array_document(column, rows))
+        replace_file(self._path / column.folder / layout.ARRAY, document, durable=False)
 
 
 def create_zarr(path: Path, columns: Mapping[int, Sequence[Column]], attributes: Mapping[str, Any]) -> ZarrStore:
@@ -126,104 +193,99 @@ def create_zarr(path: Path, columns: Mapping[int, Sequence[Column]], attributes:
     OutputError
         If the folder cannot be written.
     """
+    told = _simple(attributes)
+    content = text_of(told)
+    index = Index(uuid.uuid4().hex, layout.strides_of(columns), [digest(content)])
+    store = ZarrStore(path, index, [_Axis(each) for each in index.axes], told)
     with _writing(path):
-        group: Any = _zarr().open_group(path, mode="w-", zarr_format=_FORMAT, attributes=_simple(attributes))
-        for stride, chosen in columns.items():
-            time = Column(axis(stride), "s", np.dtype(np.float64), "communication points")
-            for column in (*chosen, time):
-                _create(group, column, axis(stride))
-    return reopen_zarr(path, columns, {axis(stride): 0 for stride in columns})
+        path.mkdir()
+        replace_file(path / layout.GROUP, text_of(layout.group_document()), durable=False)
+        replace_file(path / layout.ATTRIBUTES, content)
+        for each in index.axes:
+            for column in each.columns:
+                (path / column.folder).mkdir()
+                document = text_of(layout.attributes_document(column, each.stride))
+                replace_file(path / column.folder / layout.ATTRIBUTES, document, durable=False)
+                document = text_of(layout.array_document(column, 0))
+                replace_file(path / column.folder / layout.ARRAY, document, durable=False)
+        index.write(path)
+    return store
 
 
-def reopen_zarr(path: Path, columns: Mapping[int, Sequence[Column]], position: Position) -> ZarrStore:
+def reopen_zarr(
+    path: Path, columns: Mapping[int, Sequence[Column]] | None, position: Position, proof: Mapping[str, str]
+) -> ZarrStore:
     """Go on with a store from where `ZarrStore.commit` had brought it; what was stored after that is dropped.
+
+    Everything up to there is held against the index first, and nothing is changed if anything is not as it was.
+
+    Parameters
+    ----------
+    path : Path
+        The store.
+    columns : mapping of int to sequence of Column, optional
+        What it must consist of, by stride.
+    position : mapping of str to int
+        The number of rows on each axis.
+    proof : mapping of str to str
+        As `ZarrStore.proof` returned it then.
 
     Raises
     ------
     OutputError
-        If the store is not there any more, lacks rows, or cannot be written.
+        If the store is not there any more, is of another run, lacks rows, is damaged, or cannot be written.
     """
     with _writing(path):
-        (path / _GATHERED).unlink(missing_ok=True)  # it tells the lengths of before
-        group: Any = _zarr().open_group(path, mode="r+", zarr_format=_FORMAT, use_consolidated=False)
-        axes = [_reopen(path, group, stride, chosen, position) for stride, chosen in columns.items()]
-    return ZarrStore(path, group, axes)
+        try:
+            index = Index.read(path)
+            _refuse_other_run(index, columns, proof)
+            told = layout.check_descriptions(path, index)
+            axes = [_reopened(path, each, position[axis(each.stride)]) for each in index.axes]
+        except DamagedStoreError as error:
+            raise OutputError(f"{path}: {error}; expected what was written") from error
+        index.closed = False
+        index.write(path)
+        with suppress(FileNotFoundError):
+            (path / layout.GATHERED).unlink()  # it tells the lengths of before
+    return ZarrStore(path, index, axes, told)
 
 
-def require_zarr() -> None:
-    """Raise MissingPackageError unless all packages are there that a store needs."""
-    _zarr()
-    _numcodecs()
+def _refuse_other_run(index: Index, columns: Mapping[int, Sequence[Column]] | None, proof: Mapping[str, str]) -> None:
+    """Refuse the store of another run, or of other columns."""
+    if index.run != proof.get(_RUN):
+        raise DamagedStoreError("it is of another run than the checkpoint")
+    if columns is None:
+        return
+    for found, wanted in zip(index.axes, layout.strides_of(columns), strict=False):
+        if [(each.name, each.dtype) for each in found.columns] != [(each.name, each.dtype) for each in wanted.columns]:
+            raise DamagedStoreError("it has other columns than the run")
+    if [each.stride for each in index.axes] != list(columns):
+        raise DamagedStoreError("its columns are stored in other distances than those of the run")
 
 
-def array_name(column: str) -> str:
-    """Return the name of a column's array, which is that of a folder.
-
-    It is the column's name, in which what leads into groups or is no part of a file's name is percent-encoded, and the
-    percent sign itself. One that no file system takes is cut, and told apart by a digest. The array's attribute
-    ``variable`` has the column's own name.
-    """
-    name = "".join(f"%{ord(each):02X}" if each in _ENCODED or ord(each) < 32 else each for each in column)
-    name = name.replace(".", "%2E", 1) if name.startswith(".") else name
-    if len(name.encode()) <= _LONGEST:
-        return name
-    kept = name.encode()[: _LONGEST - 17].decode("utf-8", "ignore")
-    return f"{kept}~{hashlib.sha256(column.encode()).hexdigest()[:16]}"
-
-
-def _zarr() -> Any:
-    """Return the library, which takes a while to import, and whose types checkers do not all know."""
-    return require("zarr", extra="stream", purpose="writing Zarr")
+def _reopened(path: Path, index: AxisIndex, rows: int) -> _Axis:
+    """Check the rows of an axis, cut its index to them, and read back those that fill no file."""
+    number, filled = divmod(rows, layout.CHUNK)
+    found = _Axis(index, number * layout.CHUNK, filled)
+    for column in index.columns:
+        for full in range(number):
+            if full >= len(column.full):
+                raise DamagedStoreError(f"{column.name} has been stored for less than {rows} rows")
+            layout.check_chunk(path, column, full)
+        if filled:
+            found.pending[column.name][:filled] = _beginning(path, column, number, filled)[:filled]
+    for column in index.columns:
+        if number < len(column.full):
+            column.full, column.last = column.full[:number], [(layout.CHUNK, column.full[number])]
+    return found
 
 
-def _numcodecs() -> Any:
-    """Return the library of codecs."""
-    return require("numcodecs", extra="stream", purpose="writing Zarr")
-
-
-def _codec() -> Any:
-    """Return how numbers are compressed: fast, and well where they change little from row to row."""
-    numcodecs = _numcodecs()
-    return numcodecs.Blosc("lz4", shuffle=numcodecs.Blosc.SHUFFLE)
-
-
-def _create(group: Any, column: Column, along: str) -> None:
-    """Make an empty array for a column along an axis."""
-    described = {"long_name": column.description} if column.description else {}
-    attributes: dict[str, Any] = {
-        "_ARRAY_DIMENSIONS": [along],
-        "units": column.unit or "1",
-        "variable": column.name,
-        **described,
-    }
-    is_text = column.dtype == TEXT
-    group.create_array(
-        array_name(column.name),
-        shape=(0,),
-        chunks=(CHUNK,),
-        dtype=str if is_text else column.dtype,
-        compressors=_codec(),
-        fill_value=None,  # xarray would take another one for missing values
-        attributes=attributes,
-    )
-
-
-def _reopen(path: Path, group: Any, stride: int, columns: Sequence[Column], position: Position) -> _Axis:
-    """Cut the columns of an axis to its rows, and read back those that fill no file."""
-    along = axis(stride)
-    rows = position[along]
-    base = rows - rows % CHUNK
-    arrays: dict[str, Any] = {}
-    pending: dict[str, NDArray[Any]] = {}
-    for name in (*(column.name for column in columns), along):
-        array: Any = group.get(array_name(name))
-        if array is None or array.shape[0] < rows:
-            raise OutputError(f"{path}: {name} has been stored for less than {rows} rows; expected what was written")
-        array.resize((rows,))
-        arrays[name] = array
-        pending[name] = np.zeros(CHUNK, dtype=array.dtype if array.dtype.kind in "fib" else TEXT)
-        pending[name][: rows - base] = array[base:]
-    return _Axis(stride, arrays, pending, base, rows - base)
+def _beginning(path: Path, column: ColumnIndex, number: int, rows: int) -> NDArray[Any]:
+    """Return the chunk in which the rows end."""
+    there = layout.CHUNK if number < len(column.full) else layout.find_last(path, column)[0]
+    if number > len(column.full) or there < rows:
+        raise DamagedStoreError(f"{column.name} has been stored for less than {number * layout.CHUNK + rows} rows")
+    return layout.read_chunk(path, column, number)
 
 
 def _simple(attributes: Mapping[str, Any]) -> dict[str, Any]:
@@ -240,58 +302,5 @@ def _writing(path: Path) -> Generator[None]:
     """Say what could not be written."""
     try:
         yield
-    except (OSError, _zarr().errors.BaseZarrError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise OutputError(f"{path} cannot be written: {reason or error}") from error
-
-
-def open_trajectory(folder: str | Path) -> xarray.Dataset:
-    """Open what a streamed run has written, while it goes on, or when it is over.
-
-    Parameters
-    ----------
-    folder : str or Path
-        Of the run, or of one of its variants.
-
-    Returns
-    -------
-    xarray.Dataset
-        A variable for each column, by ``component.variable``, with its unit, over ``time``, or ``time_10`` where every
-        tenth row is stored [s]. Values are read when they are asked for. Attributes tell how the run was made, JSON
-        where they are not plain numbers or text.
-
-    Raises
-    ------
-    InputError
-        If there is no such trajectory, it cannot be read, or a package is missing that reads it.
-    """
-    path = Path(folder)
-    path = path if path.suffix == ".zarr" else path / TRAJECTORY
-    if not path.is_dir():
-        raise InputError(f"{path}: there is no such trajectory")
-    # Both take a while to import.
-    reader, zarr = (require(name, extra="stream", purpose="reading Zarr") for name in ("xarray", "zarr"))
-    try:
-        group = zarr.open_group(path, mode="r", use_consolidated=False)
-        lengths: dict[str, set[int]] = {}
-        for array in group.array_values():
-            lengths.setdefault(_axis_of(array), set()).add(array.shape[0])
-        if all(len(found) == 1 for found in lengths.values()):
-            return _by_column(reader.open_zarr(path, consolidated=False))
-        names = list(group.array_keys())
-        parts = [reader.open_zarr(path, consolidated=False, drop_variables=set(names) - {name}) for name in names]
-        shortest = {axis: slice(0, min(found)) for axis, found in lengths.items()}
-        return _by_column(reader.merge([part.isel({axis: shortest[axis] for axis in part.dims}) for part in parts]))
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path} cannot be read: {error}") from error
-
-
-def _by_column(dataset: Any) -> Any:
-    """Give variables the names of their columns, where folders could not have them."""
-    names = {name: dataset[name].attrs.get("variable", name) for name in dataset.data_vars}
-    return dataset.rename({name: column for name, column in names.items() if name != column})
-
-
-def _axis_of(array: Any) -> str:
-    """Return the name of an array's axis."""
-    return str(array.attrs["_ARRAY_DIMENSIONS"][0])
+    except OSError as error:
+        raise OutputError(f"{path} cannot be written: {why(error)}") from error

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from cosim.errors import InputError, ScenarioError, suggestion
+from cosim.files import read_file
 from cosim.scenario.scenario import Scenario, Variant
 from cosim.system.method import Method
 from cosim.system.signals import Constant, Ramp, Signal, Step, Table, Value, ramp, table_of_points
@@ -21,6 +22,8 @@ from cosim.system.table_file import GAPS, read_table
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 
+MOST_BYTES = 2**26
+"""In a scenario file."""
 _LONGEST_PATH = 1024
 _KEYS = (
     "title", "description", "start_time", "stop_time", "step_size", "algorithm", "order", "tolerance", "on_failure",
@@ -71,16 +74,36 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
             hint = suggestion(str(name_or_path), scenario_names())
             hint = hint or "; a file name must end in .toml, .ssp or .ssd"
             raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}")
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise ScenarioError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ScenarioError(f"{path}: cannot be read: {error}") from error
+    content = _read_toml(path)
     try:
         return _scenario(content, path)
     except InputError as error:
         raise type(error)(f"{path.name}: {error}") from error
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    """Read a file of TOML, whose integers have 64 bits, and which is nested as deep as Python can follow."""
+    try:
+        content = tomllib.loads(read_file(path, MOST_BYTES).decode("utf-8-sig"))
+    except FileNotFoundError:
+        raise ScenarioError(f"{path}: there is no such file") from None
+    except (OSError, ValueError) as error:  # ValueError of integers that are longer than Python reads, too
+        raise ScenarioError(f"{path}: cannot be read: {error}") from error
+    except RecursionError:
+        raise ScenarioError(f"{path}: cannot be read: it is nested too deep") from None
+    left: list[Any] = [content]
+    while left:
+        value = left.pop()
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise ScenarioError(f"{path}: an integer is {_shortened(value)}; expected one of 64 bits, as TOML has it")
+        if isinstance(value, dict | list):
+            left.extend(cast(dict[str, Any], value).values() if isinstance(value, dict) else cast(list[Any], value))
+    return content
+
+
+def _shortened(number: int) -> str:
+    """Write a number of any length in little room."""
+    return f"{'-' if number < 0 else ''}0x{abs(number):x}" if abs(number) < 2**80 else f"of {number.bit_length()} bits"
 
 
 def _scenario(content: dict[str, Any], path: Path) -> Scenario:

@@ -10,17 +10,21 @@ import csv
 import logging
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, time
 from pathlib import Path
 
 from cosim.errors import ScenarioError, suggestion
+from cosim.files import read_file
 from cosim.system.field_units import field_unit
 from cosim.system.signals import Table
 
 log = logging.getLogger("cosim")
 
+MOST_BYTES = 2**30
+"""In a file."""
 GAPS = ("refuse", "hold", "interpolate")
 """The ways to deal with a value that is missing."""
 _SEPARATORS = (",", ";", "\t")
@@ -177,7 +181,7 @@ def _refuse_options(path: Path, separator: str | None, decimal: str, factor: flo
 def _sheet(path: Path, separator: str | None, decimal: str) -> _Sheet:
     """Read cells and header."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_file(path, MOST_BYTES).decode("utf-8-sig").replace("\r\n", "\n")
         chosen = separator or _guessed_separator(text, decimal)
         reader = csv.reader(text.splitlines(keepends=True), delimiter=chosen, skipinitialspace=True)
         rows = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
@@ -188,10 +192,10 @@ def _sheet(path: Path, separator: str | None, decimal: str) -> _Sheet:
         raise ScenarioError(f"table {path}: the first line must name at least two columns, the time first")
     if all(_number(cell, decimal) is not None for cell in header):
         raise ScenarioError(f"table {path}, line 1: there are only numbers; expected the names of the columns")
-    for name in header:
-        if name and header.count(name) > 1:
+    for name, count in Counter(header).items():
+        if name and count > 1:
             raise ScenarioError(
-                f"table {path}, line 1: column '{name}' is there {header.count(name)} times; expected each name once"
+                f"table {path}, line 1: column '{name}' is there {count} times; expected each name once"
             )
     names, rows = _with_units(header, rows[1:], decimal)
     if not rows:

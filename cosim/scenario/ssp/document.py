@@ -22,6 +22,7 @@ import lxml.etree  # pyright: ignore[reportMissingTypeStubs, reportMissingModule
 
 import cosim.fmi2.archive
 from cosim.errors import SspError
+from cosim.files import read_file, why
 from cosim.fmi2.archive import Archive
 from cosim.fmi2.xml_check import check_xml, in_utf8
 
@@ -160,9 +161,9 @@ class SspFolder:
     def read(self, name: str) -> bytes:
         """Return the content of a file; SspError if there is none of that name or it cannot be read."""
         try:
-            return self._file(name).read_bytes()
+            return read_file(self._file(name), cosim.fmi2.archive.MOST_BYTES)
         except OSError as error:
-            raise SspError(f"{self.path.parent / name} cannot be read: {error.strerror}") from error
+            raise SspError(f"{self.path.parent / name} cannot be read: {why(error)}") from error
 
     def copy(self, name: str, target: Path) -> None:
         """Copy a file; SspError as by `read`."""

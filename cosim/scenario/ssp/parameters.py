@@ -35,6 +35,9 @@ from cosim.system.signals import Value
 
 log = logging.getLogger("cosim")
 
+_MOST_TOLD = 20
+"""Values of a component that are ignored and named one by one."""
+
 
 @dataclass(frozen=True)
 class Given:
@@ -231,14 +234,20 @@ def component_values(
     prefix = f"{name}."
     values: dict[str, Value] = {}
     told: set[str] = set()
+    ignored: list[str] = []
+    inputs = {*driven}
     for variable, given in {**bound, **above}.items():
         label = prefix + variable
         if variable not in description.by_name:
-            log.warning("%s: %s has no variable of that name; its value is ignored", label, description.model_name)
-        elif label in driven:
-            log.warning("%s: a connection drives this input; its start value is ignored", label)
+            ignored.append(f"{label}: {description.model_name} has no variable of that name; its value is ignored")
+        elif label in inputs:
+            ignored.append(f"{label}: a connection drives this input; its start value is ignored")
         else:
             values[variable] = given.for_variable(label, description.by_name[variable], told)
+    for sentence in ignored[:_MOST_TOLD]:
+        log.warning("%s", sentence)
+    if len(ignored) > _MOST_TOLD:
+        log.warning("%s: %d more values are ignored", name, len(ignored) - _MOST_TOLD)
     return values
 
 

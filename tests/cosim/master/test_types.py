@@ -14,8 +14,8 @@ from cosim import Component, Connection, Constant, Scenario, Step, System, load_
 from cosim.drilling import reporting
 from cosim.errors import InputError, RunInterruptedError, SystemDefinitionError
 from cosim.master.run import Snapshot
-from cosim.run.stream import read_checkpoint, write_checkpoint
-from cosim.run.zarr_store import open_trajectory
+from cosim.run.checkpoint import read_checkpoint, write_checkpoint
+from cosim.run.trajectory import open_trajectory
 from cosim.scenario.ssp.reading import open_ssp
 from cosim.scenario.ssp.writing import export_ssp
 from cosim.system.signals import Signal

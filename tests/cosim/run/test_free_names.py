@@ -11,7 +11,8 @@ import pytest
 from cosim import Result, open_trajectory
 from cosim.recording.result import Column, Rows
 from cosim.run.store import create_csv, csv_file, decimate
-from cosim.run.zarr_store import array_name, create_zarr
+from cosim.run.zarr_layout import array_name
+from cosim.run.zarr_store import create_zarr
 
 NAMES = (
     "a.m[1,2]",

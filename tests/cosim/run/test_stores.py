@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from cosim.errors import CheckpointError, InputError, OutputError
 from cosim.master.run import Snapshot
 from cosim.recording.result import Column, Rows
-from cosim.run import zarr_store
+from cosim.run import zarr_layout
+from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.store import create_csv, csv_file, decimate, reopen_csv
-from cosim.run.stream import read_checkpoint, write_checkpoint
 from cosim.run.zarr_store import create_zarr, reopen_zarr
 
 COLUMNS = (
@@ -62,15 +62,15 @@ def test_zarr_gives_back_what_it_took(course: tuple[list[int], int], strides: di
     places, left = course
     columns = decimate(COLUMNS, strides)
     with pytest.MonkeyPatch.context() as patch, tempfile.TemporaryDirectory() as folder:
-        patch.setattr(zarr_store, "CHUNK", chunk)
+        patch.setattr(zarr_layout, "CHUNK", chunk)
         path = Path(folder, "trajectory.zarr")
         store = create_zarr(path, columns, {"title": "t", "isolated": ["a"]})
-        position = store.commit()
+        proof, position = store.proof, store.commit()
         for place, (first, last) in enumerate(pairwise(places)):
             store.take(rows(first, last))
             if place == left:
                 store.commit()
-                store = reopen_zarr(path, columns, position)
+                store = reopen_zarr(path, columns, position, proof)
                 store.take(rows(first, last))
             position = store.commit()
         store.close({"steps": 3})
@@ -99,16 +99,19 @@ def test_csv_is_the_same_text_however_it_was_cut(course: tuple[list[int], int], 
         whole = create_csv(Path(one), columns)
         whole.take(rows(0, ROWS))
         whole.close({})
+        whole.release()
         store = create_csv(Path(other), columns)
-        position = store.commit()
+        position, proof = store.commit(), store.proof
         for place, (first, last) in enumerate(pairwise(places)):
             store.take(rows(first, last))
             if place == left:
                 store.close({})
-                store = reopen_csv(Path(other), columns, position)
+                store.release()
+                store = reopen_csv(Path(other), columns, position, proof)
                 store.take(rows(first, last))
-            position = store.commit()
+            position, proof = store.commit(), store.proof
         store.close({})
+        store.release()
         for stride, chosen in columns.items():
             text = csv_file(Path(other), stride).read_bytes()
             assert text == csv_file(Path(one), stride).read_bytes()
@@ -126,10 +129,10 @@ def test_a_store_that_has_lost_rows_is_refused(tmp_path: Path) -> None:
     store = create_zarr(path, columns, {})
     store.take(rows(0, 10))
     with pytest.raises(OutputError, match=r"plant\.speed has been stored for less than 10 rows"):
-        reopen_zarr(path, columns, {"time": 10})
+        reopen_zarr(path, columns, {"time": 10}, store.proof)
     create_csv(tmp_path, columns).close({})
     with pytest.raises(OutputError, match=r"trajectory\.csv has less than 1000 bytes"):
-        reopen_csv(tmp_path, columns, {"time": 1000})
+        reopen_csv(tmp_path, columns, {"time": 1000}, {"time": ""})
 
 
 def test_the_last_pattern_that_matches_holds() -> None:

@@ -24,6 +24,7 @@ from cosim.cli.app import app
 from cosim.drilling.oscillation import measure
 from cosim.errors import CheckpointError, OutputError, RunInterruptedError, SlaveError
 from cosim.recording.result import SECONDS, Result
+from cosim.run import zarr_store
 
 SHORT = {"stop_time": 3.0, "step_size": 0.01}
 RUNS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -141,18 +142,26 @@ def wait_for(process: subprocess.Popen[bytes], path: Path) -> None:
         time.sleep(0.01)
 
 
-def test_what_a_killed_run_has_left_can_be_read(tmp_path: Path) -> None:
+def test_what_a_killed_run_has_left_can_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = simulate(load_scenario("wob-law"), **SHORT)
-    with pytest.raises(RunInterruptedError):
-        stream(load_scenario("wob-law"), tmp_path, progress=interrupt_at(0.5), **SHORT)
-    (tmp_path / "trajectory.zarr" / ".zmetadata").unlink()
-    path = tmp_path / "trajectory.zarr" / "plant.top_torque" / ".zarray"
-    head = json.loads(path.read_text())
-    path.write_text(json.dumps({**head, "shape": [head["shape"][0] - 7]}))
+    written = zarr_store.replace_file
+    chunks: list[str] = []
+
+    def killed(path: Path, content: bytes, *, durable: bool = True) -> None:
+        if path.name == "0":
+            chunks.append(path.parent.name)
+        if len(chunks) > 40:
+            raise KeyboardInterrupt
+        written(path, content, durable=durable)
+
+    monkeypatch.setattr(zarr_store, "replace_file", killed)
+    with pytest.raises(KeyboardInterrupt):
+        stream(load_scenario("wob-law"), tmp_path, checkpoint_interval=0.0, **SHORT)
+    assert len(set(chunks)) < 41, "expected the death within the second checkpoint"
     with open_trajectory(tmp_path) as found:
-        assert found.sizes["time"] == head["shape"][0] - 7
-        assert found["plant.bit_speed"].values.tobytes() == whole["plant.bit_speed"][: found.sizes["time"]].tobytes()
-    stream(load_scenario("wob-law"), tmp_path / "other", **SHORT)
+        assert 0 < found.sizes["time"] < 301
+        for name in whole.names:
+            assert found[name].values.tobytes() == whole[name][: found.sizes["time"]].tobytes()
 
 
 def test_measures_of_a_long_run_are_those_of_its_end(tmp_path: Path) -> None:
@@ -327,12 +336,13 @@ def test_a_folder_that_holds_no_unfinished_run_is_not_resumed(tmp_path: Path) ->
         (lambda told: told["job"].pop("choices"), "'choices' is missing"),
         (lambda told: told["job"]["choices"].update(colour="red"), "colour"),
         (lambda told: told.update(variants=3), "not iterable"),
-        (lambda told: told.update(job="resume me"), "string indices"),
+        (lambda told: told.update(job="resume me"), "job: Input should be a valid dictionary"),
         (lambda told: told.update(variants=[{}]), "is missing"),
     ],
 )
 def test_a_damaged_manifest_is_a_sentence(damage: Callable[[Any], Any], message: str, tmp_path: Path) -> None:
-    job = {"source": "stick-slip", "choices": {"limits": None, "overrides": None}, "variants": [], "streaming": {}}
+    job = {"source": "stick-slip", "choices": {"limits": None, "overrides": None}, "variants": [], "labels": []}
+    job["streaming"] = {"every": {}, "csv": False, "checkpoint_interval": 1.0}
     head = {"scenario": "a", "title": "", "created": "", "versions": {}, "commit": None}
     told: dict[str, Any] = {"format": "cosim-run-1", **head, "state": "unfinished", "job": job, "variants": []}
     damage(told)

@@ -23,6 +23,7 @@ UNITS: tuple[Unit, ...] = (
     Unit("J", kg=1, m=2, s=-2, display=(DisplayUnit("kJ", 1e-3),)),
     Unit("Pa", kg=1, m=-1, s=-2, display=(DisplayUnit("GPa", 1e-9),)),
     Unit("N.m.s/rad", kg=1, m=2, s=-1, rad=-1, display=(DisplayUnit("kN.m.s/rad", 1e-3),)),
+    Unit("N.m/rad", kg=1, m=2, s=-2, rad=-1, display=(DisplayUnit("kN.m/rad", 1e-3),)),
     Unit("N.s/rad", kg=1, m=1, s=-1, rad=-1, display=(DisplayUnit("kN.s/rad", 1e-3),)),
 )
 
@@ -50,6 +51,16 @@ def output_row(
         name, "output", text, unit=unit, display=DISPLAY.get(unit), nominal=NOMINAL[unit], equation=equation,
         dependencies=needs, initial_dependencies=initially,
     )  # fmt: skip
+
+
+def enabled_row(text: str, equation: str) -> Variable:
+    """Return the Boolean input that switches a law on and off."""
+    return Variable("enabled", "input", text, "Boolean", "discrete", start=True, equation=equation)
+
+
+def choice_row(name: str, text: str, equation: str, *items: str) -> Variable:
+    """Return an enumeration among the parameters that starts with its first item."""
+    return Variable(name, "parameter", text, "Enumeration", "fixed", start=1, equation=equation, items=items)
 
 
 def parameter_row(
@@ -97,6 +108,15 @@ def references_terminal(*members: str) -> Terminal:
     return Terminal("references", "The rotation the laws are to bring about", members, "91 104 117")
 
 
+STRING = (
+    parameter_row("G", "Pa", 79.3e9, 1e6, 1e13, "Shear modulus", "Eq. (1)"),
+    parameter_row("J", "m4", 1.19e-5, 1e-12, 1.0, "Geometrical moment of inertia", "Eq. (1)"),
+    parameter_row("I", "kg.m", 0.095, 1e-6, 1e4, "Moment of inertia of the pipe per unit length", "Eq. (1)"),
+    parameter_row("L", "m", 1172.0, 1.0, 1e5, "Length of the string", "Eq. (1)"),
+    parameter_row(
+        "I_B", "kg.m2", 89.0, 1e-3, 1e6, f"Inertia of the bottom hole assembly ({NOT_IN_THE_PAPER})", "Eq. (2)"
+    ),
+)
 BIT_RADIUS = parameter_row("R_b", "m", 0.155575, 1e-4, 10.0, "Bit radius", "Eq. (3)")
 TOP_DAMPING = parameter_row("c_a", "N.m.s/rad", 2000.0, 1e-3, 1e9, "Damping of the sliding top end", "Eq. (2)")
 FRICTION = (

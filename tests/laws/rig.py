@@ -1,0 +1,94 @@
+"""A string in full stick-slip, and laws engaged on it: FMUs coupled one after the other, in steps of 10 ms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from tests.plant.drive import PLANT, Drive
+from tests.plant.fmi import must
+
+STEP = 0.01
+WEIGHT = 97347.0
+SETTLED = 60.0
+"""From when on stick-slip is in full cycle from rest [s]."""
+WINDOW = 2000
+"""Steps of the last 20 s, over which the severity is taken."""
+
+
+@cache
+def in_cycle(speed: float, phase: float) -> tuple[float, bytes]:
+    """Return time and state of a plant that has been in stick-slip for long, `phase` seconds later."""
+    with Drive(PLANT, {"Omega": speed, "WOB": WEIGHT}) as plant:
+        plant.go(SETTLED + phase)
+        assert plant.get("slip_count") > 10
+        return plant.time, plant.serialized()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended.
+
+    Attributes
+    ----------
+    last_stuck : float
+        When the bit was stuck last, from the beginning on [s].
+    severity : float
+        (max - min) / (2 mean) of the bit speed over the last 20 s.
+    mean : float
+        Of the bit speed over the last 20 s [rad/s].
+    columns : mapping of str to ndarray
+        What was recorded at every step.
+    """
+
+    last_stuck: float
+    severity: float
+    mean: float
+    columns: Mapping[str, np.ndarray]
+
+
+def run(speed: float, phase: float, act: Callable[[Drive, int], Mapping[str, float]], seconds: float = 60.0) -> Outcome:
+    """Follow a plant from full cycle on.
+
+    Parameters
+    ----------
+    act : callable
+        Sets the drive's speed for the next step, from the plant and the number of the step, and returns what is to be
+        recorded.
+    """
+    time, state = in_cycle(speed, phase)
+    rows: list[dict[str, float]] = []
+    with Drive(PLANT, {}) as plant:
+        must(plant, plant.restore(state))
+        plant.time = time
+        stuck, last = plant.get("stuck_time"), 0.0
+        for k in range(round(seconds / STEP)):
+            told = act(plant, k)
+            plant.go(time + (k + 1) * STEP)
+            rows.append({"bit_speed": plant.get("bit_speed"), **told})
+            before, stuck = stuck, plant.get("stuck_time")
+            last = (k + 1) * STEP if stuck > before else last
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    end = columns["bit_speed"][-WINDOW:]
+    return Outcome(last, float(end.max() - end.min()) / (2.0 * float(end.mean())), float(end.mean()), columns)
+
+
+def engaged(
+    model: str, speed: float, phase: float, parameters: Mapping[str, Any] | None = None, seconds: float = 60.0
+) -> Outcome:
+    """Engage a law that answers the top of the string with a drive speed, without a drive between them."""
+    with Drive(model, {"enabled": False, "speed_ref": speed, **(parameters or {})}) as law:
+
+        def act(plant: Drive, k: int) -> Mapping[str, float]:
+            law.put(top_speed=plant.get("top_speed"), top_torque=plant.get("top_torque"))
+            if k == 0:
+                law.put(enabled=True)
+            law.go((k + 1) * STEP)
+            plant.put(Omega=law.get("Omega"))
+            return {"Omega": law.get("Omega")}
+
+        return run(speed, phase, act, seconds)

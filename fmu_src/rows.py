@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 from .schema import DisplayUnit, Terminal, Unit, Value, Variability, Variable
@@ -21,6 +22,8 @@ UNITS: tuple[Unit, ...] = (
     Unit("N", kg=1, m=1, s=-2, display=(DisplayUnit("kN", 1e-3),)),
     Unit("N.m", kg=1, m=2, s=-2, display=(DisplayUnit("kN.m", 1e-3),)),
     Unit("J", kg=1, m=2, s=-2, display=(DisplayUnit("kJ", 1e-3),)),
+    Unit("W", kg=1, m=2, s=-3, display=(DisplayUnit("kW", 1e-3),)),
+    Unit("rad/s2", rad=1, s=-2),
     Unit("Pa", kg=1, m=-1, s=-2, display=(DisplayUnit("GPa", 1e-9),)),
     Unit("N.m.s/rad", kg=1, m=2, s=-1, rad=-1, display=(DisplayUnit("kN.m.s/rad", 1e-3),)),
     Unit("N.m/rad", kg=1, m=2, s=-2, rad=-1, display=(DisplayUnit("kN.m/rad", 1e-3),)),
@@ -61,6 +64,14 @@ def enabled_row(text: str, equation: str) -> Variable:
 def choice_row(name: str, text: str, equation: str, *items: str) -> Variable:
     """Return an enumeration among the parameters that starts with its first item."""
     return Variable(name, "parameter", text, "Enumeration", "fixed", start=1, equation=equation, items=items)
+
+
+def sampled_row(
+    name: str, unit: str, text: str, equation: str, *, needs: tuple[str, ...] = (), initially: tuple[str, ...] = ()
+) -> Variable:
+    """Return a Real output that is held from sample to sample."""
+    row = output_row(name, unit, text, equation, needs=needs, initially=initially)
+    return replace(row, variability="discrete")
 
 
 def parameter_row(

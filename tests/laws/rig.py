@@ -92,3 +92,33 @@ def engaged(
             return {"Omega": law.get("Omega")}
 
         return run(speed, phase, act, seconds)
+
+
+def engaged_behind_a_drive(
+    model: str,
+    speed: float,
+    phase: float,
+    parameters: Mapping[str, Any] | None = None,
+    drive: Mapping[str, Any] | None = None,
+    seconds: float = 60.0,
+) -> Outcome:
+    """Engage a law that commands the speed of TopDrive and goes by what the drive's sensors show."""
+    _, state = in_cycle(speed, phase)
+    with Drive(PLANT, {}) as plant:
+        must(plant, plant.restore(state))
+        top = {name: plant.get(name) for name in ("top_speed", "top_torque")}
+    rotor = Drive("TopDrive", {"Omega_command": speed, **top, **(drive or {})})
+    with rotor, Drive(model, {"enabled": False, "speed_ref": speed, **top, **(parameters or {})}) as law:
+
+        def act(plant: Drive, k: int) -> Mapping[str, float]:
+            if k == 0:
+                law.put(enabled=True)
+            law.put(**{name: rotor.get(f"{name}_measured") for name in top})
+            law.go((k + 1) * STEP)
+            rotor.put(Omega_command=law.get("Omega"), **{name: plant.get(name) for name in top})
+            rotor.go((k + 1) * STEP)
+            plant.put(Omega=rotor.get("Omega"))
+            names = ("Omega", "motor_torque_applied", "limit_active")
+            return {name: rotor.get(name) for name in names}
+
+        return run(speed, phase, act, seconds)

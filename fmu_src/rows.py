@@ -22,6 +22,7 @@ UNITS: tuple[Unit, ...] = (
     Unit("N", kg=1, m=1, s=-2, display=(DisplayUnit("kN", 1e-3),)),
     Unit("N.m", kg=1, m=2, s=-2, display=(DisplayUnit("kN.m", 1e-3),)),
     Unit("J", kg=1, m=2, s=-2, display=(DisplayUnit("kJ", 1e-3),)),
+    Unit("N.m.s2/rad", kg=1, m=2, rad=-1),
     Unit("W", kg=1, m=2, s=-3, display=(DisplayUnit("kW", 1e-3),)),
     Unit("rad/s2", rad=1, s=-2),
     Unit("Pa", kg=1, m=-1, s=-2, display=(DisplayUnit("GPa", 1e-9),)),
@@ -107,6 +108,11 @@ def count_row(name: str, text: str, equation: str, initially: tuple[str, ...] = 
 def drive_terminal(*members: str) -> Terminal:
     """Return the terminal of the rotary drive, named for its first member."""
     return Terminal("drive", "The speed asked of the rotary drive, and what its law goes by", members, "11 106 127")
+
+
+def rotor_terminal(*members: str) -> Terminal:
+    """Return the terminal of the rotor between motor and string."""
+    return Terminal("rotor", "The torque asked of the motor, and how its rotor turns", members, "28 39 51")
 
 
 def weight_terminal(*members: str) -> Terminal:

@@ -4,11 +4,9 @@
 #ifndef DS_VIRTUAL_DRIVE_H
 #define DS_VIRTUAL_DRIVE_H
 
-#include <math.h>
-
 #include "ds_low_pass.h"
+#include "ds_stick_slip.h"
 #include "ds_table.h"
-#include "ds_trigonometry.h"
 
 typedef struct {
     double damping;   /* P, N m s/rad */
@@ -22,24 +20,6 @@ typedef struct {
     double speed;  /* u, rad/s */
     double angle;  /* q, rad */
 } ds_motion;
-
-static inline double ds_impedance(const double value[])
-{
-    return sqrt(value[DS_I] * value[DS_G] * value[DS_J]);
-}
-
-/* lowest frequency of the string with its top held, tan(omega Gamma) = Z / (omega I_B), rad/s */
-static inline double ds_stick_slip_frequency(const double value[])
-{
-    const double away = value[DS_L] * sqrt(value[DS_I] / (value[DS_G] * value[DS_J]));
-    const double k = ds_impedance(value) * away / value[DS_I_B];
-    double x = sqrt(k / (1.0 + 0.4052847345693511 * k));
-    for (int i = 0; i < 8; ++i) {
-        const ds_sine_cosine of = ds_sine_and_cosine(x);
-        x = x - (x * of.sine - k * of.cosine) / (of.sine + x * of.cosine + k * of.sine);
-    }
-    return x / away;
-}
 
 static inline ds_gains ds_soft_torque(const double value[], double ratio)
 {

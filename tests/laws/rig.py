@@ -21,11 +21,11 @@ WINDOW = 2000
 
 
 @cache
-def in_cycle(speed: float, phase: float) -> tuple[float, bytes]:
+def in_cycle(speed: float, phase: float, string: tuple[tuple[str, float], ...] = ()) -> tuple[float, bytes]:
     """Return time and state of a plant that has been in stick-slip for long, `phase` seconds later."""
-    with Drive(PLANT, {"Omega": speed, "WOB": WEIGHT}) as plant:
+    with Drive(PLANT, {"Omega": speed, "WOB": WEIGHT, **dict(string)}) as plant:
         plant.go(SETTLED + phase)
-        assert plant.get("slip_count") > 10
+        assert plant.get("slip_count") > 3
         return plant.time, plant.serialized()
 
 
@@ -51,7 +51,13 @@ class Outcome:
     columns: Mapping[str, np.ndarray]
 
 
-def run(speed: float, phase: float, act: Callable[[Drive, int], Mapping[str, float]], seconds: float = 60.0) -> Outcome:
+def run(
+    speed: float,
+    phase: float,
+    act: Callable[[Drive, int], Mapping[str, float]],
+    seconds: float = 60.0,
+    string: Mapping[str, float] | None = None,
+) -> Outcome:
     """Follow a plant from full cycle on.
 
     Parameters
@@ -59,8 +65,10 @@ def run(speed: float, phase: float, act: Callable[[Drive, int], Mapping[str, flo
     act : callable
         Sets the drive's speed for the next step, from the plant and the number of the step, and returns what is to be
         recorded.
+    string : mapping of str to float, optional
+        Parameters and weight of another plant.
     """
-    time, state = in_cycle(speed, phase)
+    time, state = in_cycle(speed, phase, tuple((string or {}).items()))
     rows: list[dict[str, float]] = []
     with Drive(PLANT, {}) as plant:
         must(plant, plant.restore(state))
@@ -122,3 +130,31 @@ def engaged_behind_a_drive(
             return {name: rotor.get(name) for name in names}
 
         return run(speed, phase, act, seconds)
+
+
+def engaged_on_a_rotor(
+    speed: float,
+    phase: float,
+    parameters: Mapping[str, Any] | None = None,
+    drive: Mapping[str, Any] | None = None,
+    string: Mapping[str, float] | None = None,
+) -> Outcome:
+    """Engage SpeedPid, which turns TopDrive's rotor by its torque, on a plant or another one."""
+    _, state = in_cycle(speed, phase, tuple((string or {}).items()))
+    with Drive(PLANT, {}) as plant:
+        must(plant, plant.restore(state))
+        torque = plant.get("top_torque")
+    known = {name: value for name, value in (string or {}).items() if name != "WOB"}
+    rotor_start = {"mode": 3, "Omega_command": speed, "motor_torque": torque, "top_torque": torque}
+    law_start = {"speed_ref": speed, "Omega": speed, "torque_initial": torque, **known, **(parameters or {})}
+    with Drive("TopDrive", {**rotor_start, **(drive or {})}) as rotor, Drive("SpeedPid", law_start) as law:
+
+        def act(plant: Drive, k: int) -> Mapping[str, float]:
+            law.put(Omega=rotor.get("Omega_measured"))
+            law.go((k + 1) * STEP)
+            rotor.put(motor_torque=law.get("motor_torque"), top_torque=plant.get("top_torque"))
+            rotor.go((k + 1) * STEP)
+            plant.put(Omega=rotor.get("Omega"))
+            return {"Omega": rotor.get("Omega"), "motor_torque": rotor.get("motor_torque_applied")}
+
+        return run(speed, phase, act, string=string)

@@ -12,6 +12,7 @@ from ...rows import (
     input_row,
     output_row,
     parameter_row,
+    rotor_terminal,
     sampled_row,
 )
 from ...schema import Model, Variable
@@ -54,5 +55,5 @@ MODEL = Model(
     use=page.USE,
     equations=page.EQUATIONS,
     limits=page.LIMITS,
-    terminals=(drive_terminal("Omega", "Omega_command", "motor_torque", "top_torque", "top_speed"),),
+    terminals=(drive_terminal("Omega", "Omega_command", "top_torque", "top_speed"), rotor_terminal("motor_torque", "Omega")),
 )  # fmt: skip

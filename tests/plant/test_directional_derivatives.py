@@ -83,6 +83,7 @@ DESCRIBED = {
     "DissipativeLaw": [{"form": form, "top_speed": 12.0} for form in (1, 2)],
     "SoftTorque": [{"filter_time": 0.0}],
     "TopAbsorber": [{"filter_time": 0.0}],
+    "BitSpeedObserver": [{}],
 }
 
 

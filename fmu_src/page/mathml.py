@@ -18,7 +18,9 @@ _GREEK = {
     "kappa": "\N{GREEK SMALL LETTER KAPPA}",
     "mu": "\N{GREEK SMALL LETTER MU}",
     "xi": "\N{GREEK SMALL LETTER XI}",
+    "sigma": "\N{GREEK SMALL LETTER SIGMA}",
     "tau": "\N{GREEK SMALL LETTER TAU}",
+    "omega": "\N{GREEK SMALL LETTER OMEGA}",
     "Gamma": "\N{GREEK CAPITAL LETTER GAMMA}",
     "Lambda": "\N{GREEK CAPITAL LETTER LAMDA}",
     "Upsilon": "\N{GREEK CAPITAL LETTER UPSILON}",
@@ -30,7 +32,7 @@ _SYMBOLS = {
     "le": "\N{LESS-THAN OR EQUAL TO}",
     "ge": "\N{GREATER-THAN OR EQUAL TO}",
 }
-_FUNCTIONS = frozenset({"sgn", "exp", "min", "max"})
+_FUNCTIONS = frozenset({"sgn", "exp", "min", "max", "tan"})
 MINUS = "\N{MINUS SIGN}"
 _SPACES = {"\\,": "0.17em", "\\;": "0.28em", "\\quad": "1em", "\\qquad": "2em"}
 

@@ -57,7 +57,7 @@ def walk(fmu: Instance, path: Path) -> list[tuple[float, ...]]:
     """Run an FMU, with inputs that swing, and return its real outputs at every communication point."""
     variables = fmpy.read_model_description(str(path)).modelVariables
     outputs = [v.valueReference for v in variables if v.causality == "output" and v.type == "Real"]
-    inputs = [(v.valueReference, float(v.start)) for v in variables if v.causality == "input"]
+    inputs = [(v.valueReference, float(v.start)) for v in variables if v.causality == "input" and v.type == "Real"]
     fmu.initialize()
     rows: list[tuple[float, ...]] = []
     for k in range(1200):

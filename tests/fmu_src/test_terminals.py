@@ -63,12 +63,25 @@ def test_every_input_is_in_a_terminal(model: Model) -> None:
     assert {variable.name for variable in model.select("input")} <= joined
 
 
+def joins_another(model: Model) -> bool:
+    """Return whether a terminal of a model fits one of a model that is no plant."""
+    others = [other for other in MODELS.values() if other is not model and other.name not in PLANTS]
+    inputs = {variable.name for variable in model.select("input")}
+    return any(
+        mine.name == terminal.name and inputs & set(mine.members) & {v.name for v in other.select("output")}
+        for mine in model.terminals
+        for other in others
+        for terminal in other.terminals
+    )
+
+
 @pytest.mark.parametrize("string", PLANTS)
 @pytest.mark.parametrize("name", sorted(MODELS.keys() - {*PLANTS}))
 def test_terminals_of_one_name_join_outputs_of_one_unit_to_inputs(name: str, string: str) -> None:
     plant, other = MODELS[string], MODELS[name]
     mine, theirs = ({terminal.name: terminal.members for terminal in model.terminals} for model in (plant, other))
-    assert mine.keys() & theirs.keys()
+    takes_anything = any(variable.kind == "Real" and variable.unit == "1" for variable in other.select("input"))
+    assert mine.keys() & theirs.keys() or joins_another(other) or takes_anything
     for terminal in mine.keys() & theirs.keys():
         for member in set(mine[terminal]) & set(theirs[terminal]):
             ends = [model.variables[model.value_reference(member)] for model in (plant, other)]

@@ -1,4 +1,7 @@
 /* What laws and the driller's program may be asked. */
+#include <math.h>
+#include <string.h>
+
 #include "walking.h"
 #include "walks.h"
 
@@ -35,6 +38,28 @@ static void weight_over_its_input(session *run, subject *s)
         put(s, "bit_speed", 0.05 * (i * 7919 % 2003 - 1000));
         put(s, "K_w", 10.0 * (i % 700));
         go(s, STEP_SIZE[i % STEP_SIZES]);
+    }
+    finish(s);
+}
+
+/* every input all over a part of its range, switches on and off */
+static void cure_over_its_inputs(session *run, subject *s)
+{
+    static const setting NOMINAL[] = {{NULL, 0.0}};
+    start(s, run, NOMINAL, 0.0);
+    for (int i = 0; i < 2000; ++i) {
+        for (int k = 0; k < DS_VARIABLES; ++k) {
+            const ds_variable *const of = &ds_variables[k];
+            const double scale = strncmp(of->unit, "N", 1) == 0 ? 2e4 : 20.0;
+            const double asked = of->start + scale * (1e-3 * ((i + 31 * k) * 7919 % 2003) - 1.0);
+            if (of->role == DS_INPUT && of->kind == DS_BOOLEAN) {
+                put(s, of->name, i / 97 % 2 == 0);
+            } else if (of->role == DS_INPUT) {
+                put(s, of->name, fmin(fmax(asked, of->minimum), of->maximum));
+            }
+        }
+        go(s, STEP_SIZE[i % STEP_SIZES]);
+        read_slopes(s);
     }
     finish(s);
 }
@@ -149,6 +174,12 @@ const walk walks_of_laws[] = {
     {"form", "corners", law_at_its_corners},
     {"K_w", "inputs", weight_over_its_input},
     {"K_w", "corners", weight_at_its_corners},
+    {"handover_time", "inputs", cure_over_its_inputs},
+    {"Omega_command", "inputs", cure_over_its_inputs},
+    {"torque_initial", "inputs", cure_over_its_inputs},
+    {"jump", "inputs", cure_over_its_inputs},
+    {"loss", "inputs", cure_over_its_inputs},
+    {"feed_max", "inputs", cure_over_its_inputs},
     {"table", "change", program_of_a_change},
     {"table", "table", program_of_a_table},
     {"table", "no table", program_of_no_table},

@@ -122,7 +122,9 @@ def saved(fmu: Instance) -> Objects:
 def arguments(fmu: Instance, model: str, objects: Objects) -> dict[str, tuple[Any, ...]]:
     """Return arguments that make every call legal in its states."""
     tunable, output, order = fmu.references([TUNABLE[model]]), fmu.references([OUTPUT[model]]), (c_int * 1)(1)
-    inputs = [name for name, variable in fmu.variables.items() if variable.causality == "input"]
+    inputs = [
+        name for name, variable in fmu.variables.items() if variable.causality == "input" and variable.type == "Real"
+    ]
     known = fmu.references(inputs), len(inputs), (c_double * len(inputs))()
     nothing = {f"{way}{kind}": (NULL, 0, NULL) for way in ("Get", "Set") for kind in ("Integer", "Boolean", "String")}
     size = len(objects.content)

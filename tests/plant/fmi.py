@@ -153,7 +153,8 @@ class Instance:
     def set(self, **values: float | str) -> int:
         """Set variables of one type in one call."""
         kind = self.kind(next(iter(values)))
-        elements = [value.encode() if isinstance(value, str) else value for value in values.values()]
+        convert = {"Boolean": int, "String": lambda value: str(value).encode()}.get(kind, lambda value: value)
+        elements = [convert(value) for value in values.values()]
         array = (_ACCESS[kind]._type_ * len(elements))(*elements)
         return self.call(f"Set{kind}", self.references(values), len(elements), array)
 

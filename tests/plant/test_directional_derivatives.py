@@ -81,6 +81,9 @@ DESCRIBED = {
     DAMPED: [{"beta": 0.1}],
     "WeightOnBitLaw": [{}],
     "DissipativeLaw": [{"form": form, "top_speed": 12.0} for form in (1, 2)],
+    "SoftTorque": [{"filter_time": 0.0}],
+    "TopAbsorber": [{"filter_time": 0.0}],
+    "BitSpeedObserver": [{}],
 }
 
 
@@ -172,6 +175,33 @@ def test_in_initialization_mode_the_drive_law_is_differentiated_by_inputs_and_pa
 @pytest.mark.parametrize("bit_speed", [8.0, -8.0, 60.0])
 def test_in_initialization_mode_the_weight_law_is_differentiated_by_inputs_and_parameters(bit_speed):
     assert_differentiates_its_start("WeightOnBitLaw", {"bit_speed": bit_speed}, set())
+
+
+SWITCHED = ("SoftTorque", "TopAbsorber")
+
+
+@pytest.mark.parametrize("model", SWITCHED)
+@pytest.mark.parametrize("start", [{}, {"enabled": 0}, {"mode": 2, "top_speed": 6.0, "Omega_max": 9.0}])
+def test_in_initialization_mode_a_law_that_can_be_switched_is_differentiated_by_all_it_starts_from(model, start):
+    inside = {"J_v": 1.0} if model == "SoftTorque" else {}
+    assert_differentiates_its_start(model, start | inside, set())
+
+
+@pytest.mark.parametrize("model", SWITCHED)
+@pytest.mark.parametrize("start", [{}, {"filter_time": 0.0}, {"slip": 2, "filter_time": 0.0}])
+def test_after_a_step_a_law_that_can_be_switched_is_differentiated_by_its_inputs(model, start):
+    with Drive(model, start | {"top_speed": 8.0, "top_torque": 5000.0}) as law:
+        law.go(0.5)
+        state = law.saved()
+        for name, change in (("top_speed", 1.0), ("top_torque", 1e3), ("speed_ref", 1.0)):
+            sides, value = [], law.get(name)
+            for side in (change, -change):
+                after = outputs_after(law, 0.5, state, **{name: value + side})
+                sides.append(after["Omega"])
+            must(law, law.call("SetFMUstate", state))
+            due = (sides[0] - sides[1]) / (2 * change)
+            assert law.sensitivity("Omega", **{name: 1.0}) == pytest.approx(due, rel=1e-4, abs=1e-6)
+        must(law, law.call("FreeFMUstate", byref(state)))
 
 
 @pytest.mark.parametrize("start", LAW_STARTS)

@@ -88,7 +88,7 @@ def test_every_bound_of_every_table_is_kept(model):
             number = kinds[variable.type]
             low = number(variable.min) if variable.min else 1
             high = number(variable.max) if variable.max else len(variable.declaredType.items)
-            beyond = max(1, abs(high)) if number is int else abs(high) * 1e-3
+            beyond = max(1, abs(high)) if number is int else abs(high) * 1e-3 + 1e-12
             for value in (low, high, number(variable.start)):
                 assert fmu.set(**{variable.name: value}) == OK
             for value in (high + beyond, low - max(1, abs(low)) if number is int else low - abs(low) * 1e-3 - 1e-12):

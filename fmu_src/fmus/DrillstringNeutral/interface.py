@@ -6,8 +6,8 @@ from ...rows import (
     BIT_RADIUS,
     FRICTION,
     HOLDING,
-    NOT_IN_THE_PAPER,
     SLIPPING,
+    STRING,
     TOP_DAMPING,
     count_row,
     drive_terminal,
@@ -20,15 +20,6 @@ from ...rows import (
 from ...schema import Model, Variable
 from . import page
 
-STRING = (
-    parameter_row("G", "Pa", 79.3e9, 1e6, 1e13, "Shear modulus", "Eq. (1)"),
-    parameter_row("J", "m4", 1.19e-5, 1e-12, 1.0, "Geometrical moment of inertia", "Eq. (1)"),
-    parameter_row("I", "kg.m", 0.095, 1e-6, 1e4, "Moment of inertia of the pipe per unit length", "Eq. (1)"),
-    parameter_row("L", "m", 1172.0, 1.0, 1e5, "Length of the string", "Eq. (1)"),
-    parameter_row(
-        "I_B", "kg.m2", 89.0, 1e-3, 1e6, f"Inertia of the bottom hole assembly ({NOT_IN_THE_PAPER})", "Eq. (2)"
-    ),
-)
 _WAVE = ("Omega", "G", "J", "I", "c_a", "initial_speed", "initial_torque")
 PLANT_INPUTS = (
     input_row("Omega", "rad/s", 10.0, "Angular velocity of the rotary drive", "Eq. (2)", low=-1e4, high=1e4),

@@ -66,6 +66,11 @@ def promised_fmus(packaging: str) -> dict[str, Path]:
     return dict(sorted(found.items()))
 
 
+def build_script() -> Path | None:
+    """Return the script that builds FMUs in a checkout; None where the package is installed."""
+    return None if _CHECKOUT is None else _CHECKOUT / "build_fmu.py"
+
+
 def how_to_build(packaging: str) -> str:
     """Return the end of a sentence that says how to make FMUs that are not there."""
     if _CHECKOUT is not None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi
 
-from .schema import DisplayUnit, Terminal, Unit, Value, Variability, Variable
+from .schema import DisplayUnit, Model, Terminal, Unit, Value, Variability, Variable
 
 UNITS: tuple[Unit, ...] = (
     Unit("1"),
@@ -149,10 +149,10 @@ HOLDING = ("R_b", "mu_sb")
 """Parameters of the torque that holds a bit at rest."""
 
 
-def drive_law_rows() -> tuple[Variable, ...]:
-    """Return the rows of a law of the drive's speed that derives from `fmu_src.python.switched_law.SwitchedLaw`."""
+def drive_law(name: str, description: str, *parameters: Variable) -> Model:
+    """Return the table of a law of the drive's speed that derives from `fmu_src.python.switched_law.SwitchedLaw`."""
     ends = ("top_speed", "top_torque", "speed_ref")
-    return (
+    variables = (
         input_row("top_speed", "rad/s", 0.0, "Angular velocity of the top of the string", ""),
         input_row("top_torque", "N.m", 0.0, "Torque of the drive on the string", "", low=-1e8, high=1e8),
         input_row("speed_ref", "rad/s", 10.0, "Rotation asked for", "", low=-1e4, high=1e4),
@@ -162,3 +162,5 @@ def drive_law_rows() -> tuple[Variable, ...]:
         parameter_row("handover_time", "s", 1.0, 0.0, 1e3, "Time in which a switch takes effect", "", "tunable"),
         parameter_row("Omega_max", "rad/s", 40.0, 1e-3, 1e4, "Limit of Omega in both directions", "", "tunable"),
     )
+    terminals = (drive_terminal("Omega", "top_speed", "top_torque"), references_terminal("speed_ref", "enabled"))
+    return Model(name, description, (*variables, *parameters), terminals=terminals)

@@ -12,28 +12,28 @@ _LAW = '''\
 """@NAME@: a law of the drive's speed. It sends no wave back down the string."""
 
 from fmu_src.python.switched_law import SwitchedLaw
-from fmu_src.rows import drive_law_rows, parameter_row
-from fmu_src.schema import Model
+from fmu_src.rows import drive_law, parameter_row
 
 T_F, T_M = 0.04, 5.0  # time constants of the filters of wave and mean torque [s]
-MODEL = Model(
-    name="@NAME@",
-    description="Drive speed that sends no wave back down the string",
-    variables=(  # top_speed, top_torque, speed_ref, enabled; Omega, limit_active; and parameters:
-        *drive_law_rows(),
-        parameter_row("Z", "N.m.s/rad", 299.3, 1.0, 1e6, "Wave impedance of the string"),
-        parameter_row("c_a", "N.m.s/rad", 2000.0, 1.0, 1e9, "Slip: torque / (Omega - top_speed)"),
-    ),
+MODEL = drive_law(  # with top_speed, top_torque, speed_ref, enabled; Omega, limit_active
+    "@NAME@",
+    "Drive speed that sends no wave back down the string",
+    parameter_row("Z", "N.m.s/rad", 299.3, 1.0, 1e6, "Wave impedance of the string"),
+    parameter_row("c_a", "N.m.s/rad", 2000.0, 1.0, 1e9, "Slip: torque / (Omega - top_speed)"),
 )
+
 
 class @NAME@(SwitchedLaw):
     model = MODEL
+
     def remember(self, values):  # what is kept in mind, at the start: the wave that comes up, and the mean torque
         speed, torque, Z = (values[self.at[name]] for name in ("top_speed", "top_torque", "Z"))
         return (speed - torque / Z) / 2.0, torque
+
     def go_on(self, own, values, elapsed):  # the same after a step of `elapsed` seconds: both follow through filters
         shares = (elapsed / (T + elapsed) for T in (T_F, T_M))
         return tuple(was + share * (now - was) for was, now, share in zip(own, self.remember(values), shares))
+
     def ask(self, own, values):  # Omega while enabled: the wave sent down is that of steady rotation, whatever comes up
         speed, Z, c_a = (values[self.at[name]] for name in ("speed_ref", "Z", "c_a"))
         down = (speed - own[1] / c_a + own[1] / Z) / 2.0
@@ -78,7 +78,7 @@ set = { "law.enabled" = false }
 [figure]
 signals = ["plant.bit_speed", "plant.top_speed", "law.Omega"]
 """
-_TAKEN = ("MODEL", "Model", "SwitchedLaw", "T_F", "T_M", "drive_law_rows", "parameter_row")
+_TAKEN = ("MODEL", "SwitchedLaw", "T_F", "T_M", "drive_law", "parameter_row")
 """Names that the file uses for something else."""
 _RESERVED = re.compile(r"CON|PRN|AUX|NUL|(COM|LPT)\d", re.IGNORECASE)
 """Names that no file can have under Windows."""

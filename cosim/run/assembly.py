@@ -87,8 +87,8 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
     with ExitStack() as stack:
         slaves: dict[str, Slave] = {}
         repeats = method.implicit or method.tolerance is not None
-        for name, law in functions_of(system).items():
-            slaves[name] = FunctionSlave(name, law, descriptions[name], repeats=repeats)
+        for name, callee in functions_of(system).items():
+            slaves[name] = FunctionSlave(name, callee, descriptions[name], repeats=repeats)
         for name, path in paths.items():
             limits = (options.limits or Limits()) if name in isolated else None
             slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))

@@ -32,7 +32,7 @@ _SIMPLE = bool | int | float | str
 
 
 @dataclass(frozen=True)
-class Law:
+class Callee:
     """A function, and what can be told of it without calling it."""
 
     function: Function
@@ -66,7 +66,7 @@ class Law:
     def record(self) -> dict[str, Any]:
         """Return its name, where it is from, and the hash of its source, as far as they can be told."""
         bare = _bare(self.function)
-        named = bare if hasattr(bare, "__qualname__") else type(bare)
+        named: Any = bare if hasattr(bare, "__qualname__") else type(bare)
         code = getattr(bare, "__code__", None) or getattr(type(bare).__call__, "__code__", None)
         try:
             source = hashlib.sha256(inspect.getsource(code).encode()).hexdigest() if code is not None else None
@@ -96,9 +96,9 @@ def _bare(function: Function) -> Any:
     return inspect.unwrap(function)
 
 
-def functions_of(system: System) -> dict[str, Law]:
+def functions_of(system: System) -> dict[str, Callee]:
     """Return the components of a system that are functions, by name."""
-    return {part.name: Law(part.fmu) for part in system.components if callable(part.fmu)}
+    return {part.name: Callee(part.fmu) for part in system.components if callable(part.fmu)}
 
 
 def with_functions(system: System, functions: Mapping[str, Function], connections: Collection[Connection]) -> System:
@@ -112,10 +112,10 @@ def with_functions(system: System, functions: Mapping[str, Function], connection
     SystemDefinitionError
         If a function is neither a component nor named by a connection, or a connection names no component.
     """
-    laws = {name: Law(function) for name, function in functions.items()}
+    callees = {name: Callee(function) for name, function in functions.items()}
     names = [part.name for part in system.components]
     ends = {port.component for each in connections for port in (each.source, each.target)}
-    for name in laws:
+    for name in callees:
         if name not in names and name not in ends:
             raise SystemDefinitionError(
                 f"there is no component '{name}' to be a function, and no connection to a new one"
@@ -123,7 +123,7 @@ def with_functions(system: System, functions: Mapping[str, Function], connection
             )
 
     def fits(port: Port) -> bool:
-        return port.component not in laws or laws[port.component].takes(port.variable)
+        return port.component not in callees or callees[port.component].takes(port.variable)
 
     taken = {connection.target for connection in connections}
     kept = [each for each in system.connections if fits(each.target) and each.target not in taken]
@@ -131,24 +131,24 @@ def with_functions(system: System, functions: Mapping[str, Function], connection
     bonds = system.power_bonds
     return System(
         components=(
-            *(_replaced(part, laws) for part in system.components),
-            *(Component(name, law.function) for name, law in laws.items() if name not in names),
+            *(_replaced(part, callees) for part in system.components),
+            *(Component(name, callee.function) for name, callee in callees.items() if name not in names),
         ),
         connections=(*kept, *connections),
         inputs={port: signal for port, signal in system.inputs.items() if fits(port) and port not in taken},
-        guards=system.guards and tuple(port for port in system.guards if port.component not in laws),
+        guards=system.guards and tuple(port for port in system.guards if port.component not in callees),
         power_bonds=bonds
-        and tuple(each for each in bonds if each.input.component not in laws or each.output in sources),
+        and tuple(each for each in bonds if each.input.component not in callees or each.output in sources),
     )
 
 
-def _replaced(part: Component, laws: Mapping[str, Law]) -> Component:
+def _replaced(part: Component, callees: Mapping[str, Callee]) -> Component:
     """Return a component, or the function in its place, with the parameters that the function takes."""
-    if part.name not in laws:
+    if part.name not in callees:
         return part
-    law = laws[part.name]
-    given = {name: value for name, value in part.parameters.items() if law.takes(name)}
-    return Component(part.name, law.function, given)
+    callee = callees[part.name]
+    given = {name: value for name, value in part.parameters.items() if callee.takes(name)}
+    return Component(part.name, callee.function, given)
 
 
 def describe_functions(system: System, known: Mapping[str, Description]) -> dict[str, Description]:
@@ -166,28 +166,30 @@ def describe_functions(system: System, known: Mapping[str, Description]) -> dict
     SystemDefinitionError
         If nothing feeds a parameter that has no default.
     """
-    laws = functions_of(system)
+    callees = functions_of(system)
     outputs: dict[Port, Variable] = {}
-    for connection in (each for each in system.connections if each.source.component in laws):
+    for connection in (each for each in system.connections if each.source.component in callees):
         peer = _known(connection.target, known)
         if peer is not None or connection.source not in outputs:
             outputs.setdefault(connection.source, _like(peer, connection.source.variable, "output"))
     peers = {connection.target: connection.source for connection in system.connections}
     found: dict[str, Description] = {}
-    for part in (part for part in system.components if part.name in laws):
-        law = laws[part.name]
+    for part in (part for part in system.components if part.name in callees):
+        callee = callees[part.name]
         driven: dict[str, Variable] = {}
         for target, source in ((target, source) for target, source in peers.items() if target.component == part.name):
             driven[target.variable] = _like(outputs.get(source) or _known(source, known), target.variable, "input")
         for port, signal in system.inputs.items():
             if port.component == part.name:
                 driven[port.variable] = Variable(port.variable, 0, _type_of(signal), "input")
-        _refuse_unfed(part, law, driven, known)
-        inputs = [_started(variable, law) for variable in driven.values() if law.takes(variable.name)]
+        _refuse_unfed(part, callee, driven, known)
+        inputs = [_started(variable, callee) for variable in driven.values() if callee.takes(variable.name)]
         gives = [variable for port, variable in outputs.items() if port.component == part.name]
-        numbered = enumerate([*inputs, *_parameters(part, law, driven), *gives])
+        numbered = enumerate([*inputs, *_parameters(part, callee, driven), *gives])
         variables = tuple(replace(variable, reference=number) for number, variable in numbered)
-        found[part.name] = Description(law.name, law.name, "", variables, can_save_state=True, can_serialize_state=True)
+        found[part.name] = Description(
+            callee.name, callee.name, "", variables, can_save_state=True, can_serialize_state=True
+        )
     return found
 
 
@@ -213,9 +215,9 @@ def _type_of(value: Signal | object) -> VariableType:
     return "Boolean" if isinstance(first, bool) else "String" if isinstance(first, str) else "Real"
 
 
-def _started(variable: Variable, law: Law) -> Variable:
+def _started(variable: Variable, callee: Callee) -> Variable:
     """Return an input with the default of its parameter as start value."""
-    default = law.parameters[variable.name].default if variable.name in law.parameters else None
+    default = callee.parameters[variable.name].default if variable.name in callee.parameters else None
     fits = isinstance(default, _SIMPLE) and _type_of(default) == variable.type
     return replace(variable, start=_text(default)) if fits else variable
 
@@ -225,10 +227,10 @@ def _text(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _parameters(part: Component, law: Law, driven: Collection[str]) -> Iterator[Variable]:
+def _parameters(part: Component, callee: Callee, driven: Collection[str]) -> Iterator[Variable]:
     """Give what is set once and for all: parameters with a value, or with a default that a record can tell."""
-    defaults = {name: each.default for name, each in law.parameters.items()}
-    more = {name: None for name in part.parameters if law.takes(name)}
+    defaults = {name: each.default for name, each in callee.parameters.items()}
+    more = {name: None for name in part.parameters if callee.takes(name)}
     for name in (name for name in {**defaults, **more} if name not in driven):
         default = defaults.get(name)
         value = part.parameters.get(name, default)
@@ -239,13 +241,13 @@ def _parameters(part: Component, law: Law, driven: Collection[str]) -> Iterator[
             yield Variable(name, 0, kind, "parameter", "fixed", "exact", start=start)
 
 
-def _refuse_unfed(part: Component, law: Law, driven: Collection[str], known: Mapping[str, Description]) -> None:
+def _refuse_unfed(part: Component, callee: Callee, driven: Collection[str], known: Mapping[str, Description]) -> None:
     """Refuse a function that would be called without a value that it needs."""
     names = {variable.name for each in known.values() for variable in each.with_causality("output")}
-    for name, parameter in law.parameters.items():
+    for name, parameter in callee.parameters.items():
         if name not in driven and name not in part.parameters and parameter.default is inspect.Parameter.empty:
             raise SystemDefinitionError(
-                f"{part.name}: nothing feeds the parameter '{name}' of {law.name}, which has no default; expected a "
+                f"{part.name}: nothing feeds the parameter '{name}' of {callee.name}, which has no default; expected a "
                 f"connection, a signal or a value{suggestion(name, names - {name})}"
             )
 
@@ -257,7 +259,7 @@ class FunctionSlave:
     ----------
     name : str
         Of the component, in every message.
-    law : Law
+    callee : Callee
         What is called.
     description : Description
         From `describe_functions`.
@@ -265,10 +267,10 @@ class FunctionSlave:
         Whether steps are repeated, so that equal arguments must give equal outputs.
     """
 
-    def __init__(self, name: str, law: Law, description: Description, *, repeats: bool = False) -> None:
+    def __init__(self, name: str, callee: Callee, description: Description, *, repeats: bool = False) -> None:
         self.name = name
-        self._law, self._description = law, description
-        self._function = _called(law)
+        self._callee, self._description = callee, description
+        self._function = _called(callee)
         self._time = 0.0
         self._started, self._repeats = False, repeats
         self._arguments: dict[str, Any] = {}
@@ -288,7 +290,7 @@ class FunctionSlave:
         del stop_time
         self._time = start_time
         given = {variable.name: value for variable, value in start_values.items()}
-        self._arguments = {name: value for name, value in given.items() if self._law.takes(name)}
+        self._arguments = {name: value for name, value in given.items() if self._callee.takes(name)}
         self._reads = [place for kind in BASE_TYPES for place in _places(block.inputs[kind])]
         self._writes = [place for kind in BASE_TYPES for place in _places(block.outputs[kind])]
 
@@ -348,7 +350,7 @@ class FunctionSlave:
 
     def _answer(self) -> None:
         """Call the function, and take the outputs from what it returns."""
-        arguments = {**self._arguments, TIME: self._time} if self._law.takes_time else dict(self._arguments)
+        arguments = {**self._arguments, TIME: self._time} if self._callee.takes_time else dict(self._arguments)
         try:
             answer = self._function(arguments)
         except Exception as error:  # whatever a user's function raises
@@ -396,7 +398,7 @@ class FunctionSlave:
         return float(value) if variable.type == "Real" else value
 
     def _error(self, what: str) -> FunctionError:
-        return FunctionError(self.name, self._time, self._law.name, what)
+        return FunctionError(self.name, self._time, self._callee.name, what)
 
 
 def _places(section: Section) -> Iterator[tuple[Any, int, Variable]]:
@@ -406,12 +408,12 @@ def _places(section: Section) -> Iterator[tuple[Any, int, Variable]]:
         yield cells, column, variable
 
 
-def _called(law: Law) -> Callable[[dict[str, Any]], object]:
+def _called(callee: Callee) -> Callable[[dict[str, Any]], object]:
     """Return what calls a function with arguments by name, those that must be so by their place."""
-    function, positional = law.function, law.positional
+    function, positional = callee.function, callee.positional
     if not positional:
         return lambda arguments: function(**arguments)
-    defaults = {name: law.parameters[name].default for name in positional if name in law.parameters}
+    defaults = {name: callee.parameters[name].default for name in positional if name in callee.parameters}
 
     def call(arguments: dict[str, Any]) -> object:
         given = {**defaults, **arguments}

@@ -92,7 +92,7 @@ def test_an_installed_package_builds_the_same_bytes(tmp_path: Path) -> None:
     assert {"top_speed", "top_torque", "speed_ref", "enabled", "Omega", "limit_active", "Z", "c_a"} <= names
 
 
-@pytest.mark.parametrize("name", ["1st", "my law", "my.law", "../law", "class", "Model", "CON", "ω", "x" * 65, ""])
+@pytest.mark.parametrize("name", ["1st", "my law", "my.law", "../law", "class", "MODEL", "CON", "ω", "x" * 65, ""])
 def test_a_name_that_does_not_do_is_refused(name: str, tmp_path: Path) -> None:
     assert f"'{name}' is no name for a law; expected at most 64 letters" in said(name, str(tmp_path / "law"))
     assert everything(tmp_path) == set()

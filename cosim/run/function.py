@@ -2,8 +2,8 @@
 
 A function has no memory by contract: what it returns follows from what it is given, so that a step may be repeated. In
 runs that go forward only, one that remembers nevertheless (a closure, an attribute) is called once for each step; in
-those that repeat steps it is refused where equal arguments are seen to give other outputs, as the first call does if
-it is made twice.
+those that repeat steps it is refused where equal arguments are seen to give other outputs; its first call is made twice
+to see.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Callee:
     def record(self) -> dict[str, Any]:
         """Return its name, where it is from, and the hash of its source, as far as they can be told."""
         bare = _bare(self.function)
-        named: Any = bare if hasattr(bare, "__qualname__") else type(bare)
+        named = bare if hasattr(bare, "__qualname__") else cast(Any, type(bare))
         code = getattr(bare, "__code__", None) or getattr(type(bare).__call__, "__code__", None)
         try:
             source = hashlib.sha256(inspect.getsource(code).encode()).hexdigest() if code is not None else None

@@ -16,6 +16,9 @@ UNITS: tuple[Unit, ...] = (
     Unit("rad/s", rad=1, s=-1, display=(DisplayUnit("rev/min", 30.0 / pi),)),
     Unit("s", s=1, display=(DisplayUnit("ms", 1e3),)),
     Unit("m", m=1),
+    Unit("m/s", m=1, s=-1, display=(DisplayUnit("m/h", 3600.0),)),
+    Unit("N/m", kg=1, s=-2),
+    Unit("1/(N.rad)", kg=-1, m=-1, s=2, rad=-1),
     Unit("m4", m=4),
     Unit("kg.m", kg=1, m=1),
     Unit("kg.m2", kg=1, m=2),
@@ -31,7 +34,7 @@ UNITS: tuple[Unit, ...] = (
     Unit("N.s/rad", kg=1, m=1, s=-1, rad=-1, display=(DisplayUnit("kN.s/rad", 1e-3),)),
 )
 
-NOMINAL = {"rad/s": 10.0, "N.m": 1e4, "N": 1e5, "rad": 100.0, "J": 1e5, "s": 1.0}
+NOMINAL = {"rad/s": 10.0, "N.m": 1e4, "N": 1e5, "rad": 100.0, "J": 1e5, "s": 1.0, "m/s": 1e-3, "m": 100.0}
 DISPLAY = {"rad/s": "rev/min", "N.m": "kN.m", "N": "kN", "J": "kJ", "rad": "rev"}
 
 NOT_IN_THE_PAPER = "default not in the paper"
@@ -113,6 +116,11 @@ def drive_terminal(*members: str) -> Terminal:
 def rotor_terminal(*members: str) -> Terminal:
     """Return the terminal of the rotor between motor and string."""
     return Terminal("rotor", "The torque asked of the motor, and how its rotor turns", members, "28 39 51")
+
+
+def telemetry_terminal(*members: str) -> Terminal:
+    """Return the terminal of what is sent from downhole."""
+    return Terminal("telemetry", "What is measured downhole, whatever it is", members, "122 81 149")
 
 
 def weight_terminal(*members: str) -> Terminal:

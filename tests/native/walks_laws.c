@@ -178,6 +178,8 @@ const walk walks_of_laws[] = {
     {"Omega_command", "inputs", cure_over_its_inputs},
     {"torque_initial", "inputs", cure_over_its_inputs},
     {"jump", "inputs", cure_over_its_inputs},
+    {"loss", "inputs", cure_over_its_inputs},
+    {"feed_max", "inputs", cure_over_its_inputs},
     {"table", "change", program_of_a_change},
     {"table", "table", program_of_a_table},
     {"table", "no table", program_of_no_table},

@@ -2,8 +2,8 @@
 
 A function has no memory by contract: what it returns follows from what it is given, so that a step may be repeated. In
 runs that go forward only, one that remembers nevertheless (a closure, an attribute) is called once for each step; in
-those that repeat steps it is refused where equal arguments are seen to give other outputs; its first call is made twice
-to see.
+those that repeat steps it is refused where equal arguments give other outputs: the first call of each step is made
+twice to see.
 """
 
 from __future__ import annotations
@@ -272,7 +272,7 @@ class FunctionSlave:
         self._callee, self._description = callee, description
         self._function = _called(callee)
         self._time = 0.0
-        self._started, self._repeats = False, repeats
+        self._started, self._repeats, self._twice = False, repeats, repeats
         self._arguments: dict[str, Any] = {}
         self._answered: dict[str, Any] | None = None
         self._outputs: dict[str, Value] = {}
@@ -322,7 +322,8 @@ class FunctionSlave:
                 cells[row, column] = self._outputs[variable.name]
 
     def save(self, slot: int) -> None:
-        """Keep time and outputs under a number."""
+        """Keep time and outputs under a number; what comes next may be repeated, so it is tried."""
+        self._twice = self._repeats
         self._slots[slot] = self._time, self._outputs
 
     def restore(self, slot: int) -> None:
@@ -364,8 +365,9 @@ class FunctionSlave:
                         f"gave {name} = {self._outputs[name]!r}, and then {value!r} from the same arguments; expected "
                         "a function that remembers nothing, as this algorithm repeats steps"
                     )
-        first, self._answered, self._outputs = self._answered is None, arguments, outputs
-        if self._repeats and first:
+        twice, self._twice = self._twice, False
+        self._answered, self._outputs = arguments, outputs
+        if twice:
             self._answer()
 
     def _taken(self, answer: object) -> dict[str, Value]:

@@ -234,6 +234,19 @@ def test_one_that_remembers_is_refused_where_steps_are_repeated() -> None:
             run(remembering, **options)
 
 
+@pytest.mark.parametrize("options", [{"algorithm": "implicit"}, {"tolerance": 1e-4}])
+def test_a_filter_in_a_closure_is_refused_when_it_begins_to_move(options: dict[str, Any]) -> None:
+    seen = [0.0]
+
+    def smoothed(bit_speed: float) -> float:
+        seen[0] += 0.1 * (bit_speed - seen[0])
+        return 97347.0 + 5000.0 * seen[0]
+
+    # the bit, at rest until 2.6 s, gives it nothing to filter
+    with pytest.raises(FunctionError, match=r"law at t = 2\.6.* smoothed gave WOB = .* from the same arguments"):
+        run(smoothed, **options)
+
+
 def missing(bit_speed: float, bit_sped: float) -> float:
     return bit_speed + bit_sped
 

@@ -150,6 +150,16 @@ class EndRequestError(SlaveError):
         return {"component": self.component, "time": self.end, "reason": self.message}
 
 
+class FunctionError(SlaveError):
+    """A Python function in a run that raised something, or did not return what it is to give."""
+
+    def __init__(self, component: str, time: float, function: str, message: str) -> None:
+        super().__init__(component, time, function, "fmi2Error", message)
+
+    def __str__(self) -> str:
+        return f"{self.component} at t = {format_time(self.time)} s: {self.function} {self.message}"
+
+
 class LostSlaveError(RunError):
     """An isolated FMU whose process is gone, because it crashed, ended or had to be stopped.
 

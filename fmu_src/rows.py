@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi
 
-from .schema import DisplayUnit, Terminal, Unit, Value, Variability, Variable
+from .schema import DisplayUnit, Model, Terminal, Unit, Value, Variability, Variable
 
 UNITS: tuple[Unit, ...] = (
     Unit("1"),
@@ -155,3 +155,20 @@ SLIPPING = tuple(row.name for row in (FRICTION[0], BIT_RADIUS, *FRICTION[1:]))
 """Parameters of the torque on a bit that turns."""
 HOLDING = ("R_b", "mu_sb")
 """Parameters of the torque that holds a bit at rest."""
+
+
+def drive_law(name: str, description: str, *parameters: Variable) -> Model:
+    """Return the table of a law of the drive's speed that derives from `fmu_src.python.switched_law.SwitchedLaw`."""
+    ends = ("top_speed", "top_torque", "speed_ref")
+    variables = (
+        input_row("top_speed", "rad/s", 0.0, "Angular velocity of the top of the string", ""),
+        input_row("top_torque", "N.m", 0.0, "Torque of the drive on the string", "", low=-1e8, high=1e8),
+        input_row("speed_ref", "rad/s", 10.0, "Rotation asked for", "", low=-1e4, high=1e4),
+        enabled_row("Whether the law acts; if not, speed_ref passes through", ""),
+        output_row("Omega", "rad/s", "Speed asked of the drive", "", needs=ends, initially=("speed_ref", "Omega_max")),
+        flag_row("limit_active", "Omega is held at its limit", "", ends, ("speed_ref", "Omega_max")),
+        parameter_row("handover_time", "s", 1.0, 0.0, 1e3, "Time in which a switch takes effect", "", "tunable"),
+        parameter_row("Omega_max", "rad/s", 40.0, 1e-3, 1e4, "Limit of Omega in both directions", "", "tunable"),
+    )
+    terminals = (drive_terminal("Omega", "top_speed", "top_torque"), references_terminal("speed_ref", "enabled"))
+    return Model(name, description, (*variables, *parameters), terminals=terminals)

@@ -6,6 +6,7 @@ It also hands out the FMUs as files for other tools: those that are there, copie
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -23,7 +24,7 @@ from rich.text import Text
 from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
 from cosim.errors import FmuFileError, InputError, MissingPackageError, OutputError, suggestion
 from cosim.fmi2.isolation import Limits
-from cosim.fmi2.locate import PACKAGINGS, how_to_build, promised_fmus
+from cosim.fmi2.locate import PACKAGINGS, build_script, how_to_build, promised_fmus
 
 if TYPE_CHECKING:
     from cosim.run.options import Streaming
@@ -249,10 +250,32 @@ def fmus(
     add_help_option=False,
 )
 def build(arguments: typer.Context) -> None:
-    """Build the FMUs anew, of either packaging; --help says how."""
+    """Build the FMUs anew, of either packaging, or that of a law of your own; --help says how."""
     with sentences():
         code = build_fmus(arguments.args)
     raise typer.Exit(code)
+
+
+@app.command("new-law")
+def new_law(
+    name: Annotated[str, typer.Argument(help="Of the law, and of the FMU that it becomes.")],
+    folder: Annotated[
+        Path | None,
+        typer.Argument(help="Where to write it, new or empty; by default named like it.", metavar="[FOLDER]"),
+    ] = None,
+) -> None:
+    """Write a control law to begin your own with: one Python file, and a scenario that it acts in."""
+    from cosim.cli.new_law import write_law
+
+    with sentences():
+        console = new_console()
+        known = {stem for packaging in PACKAGINGS for stem in promised_fmus(packaging)}
+        law, scenario = write_law(name, Path(name) if folder is None else folder, sorted(known))
+        for path in (law, scenario):
+            console.print(Text(f"wrote {path}"), soft_wrap=True)
+        console.print("next:")
+        for command, path in (("build", law), ("check", law.with_suffix(".fmu")), ("run", scenario)):
+            console.print(Text(f"  cosim {command} {shlex.quote(str(path))}"), soft_wrap=True)
 
 
 def main() -> None:
@@ -365,5 +388,7 @@ def build_fmus(arguments: Sequence[str]) -> int:
     if missing:
         brings = 'pip install "drillstring-cosim[build]" brings all of it'
         raise MissingPackageError(f"building FMUs needs {', '.join(missing)}; {brings}")
-    command = [sys.executable, "-m", "cosim.fmu_src.build", *arguments]
+    script = build_script()
+    how = ["-m", "cosim.fmu_src.build"] if script is None else [str(script)]
+    command = [sys.executable, *how, *arguments]
     return subprocess.run(command, check=False).returncode

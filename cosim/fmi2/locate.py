@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from cosim.errors import FmuFileError, InputError, suggestion
@@ -14,7 +15,7 @@ _CHECKOUT = _PACKAGE.parent if (_PACKAGE.parent / "build_fmu.py").is_file() else
 """Folder of the sources; None where the package is installed from a wheel."""
 
 
-def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> Path:
+def locate_fmu(fmu: str | Path | Callable[..., object], packaging: str, beside: Path | None = None) -> Path:
     """Find the file of an FMU.
 
     Parameters
@@ -23,7 +24,7 @@ def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> P
         A path that ends in ``.fmu``, or a name such as ``"DrillstringNeutral"``. A name is looked up in the folders of
         the environment variable COSIM_FMU_PATH, then in ``dist`` in the working directory, then in the ``dist`` of the
         checkout that this package runs from, then among those that came with the package; in each, in the subfolder of
-        the packaging first.
+        the packaging first. A Python function, which a component may be as well, has no file.
     packaging : str
         ``"native"`` or ``"python"``; matters for names only.
     beside : Path, optional
@@ -38,6 +39,10 @@ def locate_fmu(fmu: str | Path, packaging: str, beside: Path | None = None) -> P
     """
     if packaging not in PACKAGINGS:
         raise InputError(f"there is no packaging '{packaging}'{suggestion(packaging, PACKAGINGS)}")
+    if callable(fmu):
+        raise FmuFileError(
+            f"{getattr(fmu, '__qualname__', fmu)} is a Python function; expected an FMU, which is a file"
+        )
     if Path(fmu).suffix == ".fmu":
         path = (beside or Path()) / fmu
         if not path.is_file():
@@ -59,6 +64,11 @@ def promised_fmus(packaging: str) -> dict[str, Path]:
         for path in sorted(folder.glob("*.fmu")):
             found.setdefault(path.stem, path.resolve())
     return dict(sorted(found.items()))
+
+
+def build_script() -> Path | None:
+    """Return the script that builds FMUs in a checkout; None where the package is installed."""
+    return None if _CHECKOUT is None else _CHECKOUT / "build_fmu.py"
 
 
 def how_to_build(packaging: str) -> str:

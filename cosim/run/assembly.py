@@ -16,14 +16,15 @@ from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
 from cosim.master.co_simulation import Master
 from cosim.master.slave import Slave
+from cosim.run.function import FunctionSlave, describe_functions, functions_of, with_functions
 from cosim.run.options import RunOptions
 from cosim.run.report import CouplingReport, RunReport, versions
-from cosim.scenario.scenario import Scenario
+from cosim.scenario.scenario import Scenario, Variant
 from cosim.system.compatibility import check_system, read_written, start_values
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_units
 from cosim.system.signals import Value
-from cosim.system.structure import System
+from cosim.system.structure import Port, System
 
 log = logging.getLogger("cosim")
 
@@ -80,21 +81,27 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
 
     variant = scenario.variant(options.variant)
     method = options.method(scenario)
-    system = scenario.system_of(variant, options.overrides)
-    paths = {part.name: locate_fmu(part.fmu, options.packaging, scenario.folder) for part in system.components}
-    descriptions = {name: read_description(path) for name, path in paths.items()}
+    system = _system(scenario, variant, options)
+    paths = _paths(system, options.packaging, scenario.folder)
+    found = {name: read_description(path) for name, path in paths.items()}
+    found |= describe_functions(system, found)
+    descriptions = {part.name: found[part.name] for part in system.components}
     system = read_written(system, descriptions)
     _tell_flaws(paths, descriptions)
     system = in_declared_units(system, descriptions)
     isolated = _apart(paths, _isolated(system, options.isolate))
-    _refuse_twins(paths, {name: known for name, known in descriptions.items() if name not in isolated})
+    _refuse_twins(paths, {name: descriptions[name] for name in paths if name not in isolated})
     began = time.perf_counter()
     with ExitStack() as stack:
         slaves: dict[str, Slave] = {}
+        repeats = method.implicit or method.tolerance is not None
+        for name, callee in functions_of(system).items():
+            slaves[name] = FunctionSlave(name, callee, descriptions[name], repeats=repeats)
         for name, path in paths.items():
             limits = (options.limits or Limits()) if name in isolated else None
             with _refused_with_others(system, paths, descriptions):
                 slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
+        slaves = {name: slaves[name] for name in descriptions}
         loading = time.perf_counter() - began
         master = Master(
             system,
@@ -105,7 +112,8 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             method=method,
             turn=_turn([name for name in paths if name not in isolated]),
         )
-        _refuse_unrecorded(scenario, [column.name for column in master.columns])
+        signals = [name for name in scenario.signals if Port.parse(name).component not in (options.components or {})]
+        _refuse_unrecorded(scenario, signals, [column.name for column in master.columns])
         provenance = {
             "scenario": scenario.name,
             "variant": variant.name if variant else None,
@@ -124,7 +132,8 @@ def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: 
 
     known: dict[Path, Description] = {}
     for variant in (each for each in scenario.variants if each.name in labels):
-        for part in scenario.system_of(variant).components:
+        system = scenario.system_of(variant)
+        for part in (part for part in system.components if not callable(part.fmu)):
             given = {name: value for name, value in part.parameters.items() if f"{part.name}.{name}" in variant.values}
             path = locate_fmu(part.fmu, packaging, scenario.folder)
             if path not in known:
@@ -132,9 +141,23 @@ def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: 
             start_values(replace(part, parameters=given), known[path])
 
 
-def _refuse_unrecorded(scenario: Scenario, names: Sequence[str]) -> None:
+def _system(scenario: Scenario, variant: Variant | None, options: RunOptions) -> System:
+    """Return what is run: the scenario's system, functions in it, and values on top."""
+    if not options.components and not options.connections:
+        return scenario.system_of(variant, options.overrides)
+    system = with_functions(scenario.system_of(variant), options.components or {}, options.connections)
+    return system.with_values(options.overrides or {})
+
+
+def _paths(system: System, packaging: str, folder: Path | None) -> dict[str, Path]:
+    """Find the files of the components that are FMUs."""
+    parts = [part for part in system.components if not callable(part.fmu)]
+    return {part.name: locate_fmu(part.fmu, packaging, folder) for part in parts}
+
+
+def _refuse_unrecorded(scenario: Scenario, signals: Sequence[str], names: Sequence[str]) -> None:
     """Refuse a figure of what is not recorded."""
-    for signal in scenario.signals:
+    for signal in signals:
         if signal not in names:
             raise ScenarioError(
                 f"{scenario.name}: figure.signals: '{signal}' is not recorded{suggestion(signal, names)}"
@@ -164,14 +187,20 @@ def _turn(names: Sequence[str]) -> Callable[[float], AbstractContextManager[None
 
 def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]:
     """Return the names of the components to be isolated."""
-    names = [part.name for part in system.components]
+    functions = functions_of(system)
+    names = [part.name for part in system.components if part.name not in functions]
     wanted = (
         names if isolate is True else [] if isolate is False else [isolate] if isinstance(isolate, str) else isolate
     )
-    for name in wanted:
+    asked = (*wanted, *(part.name for part in system.components if part.isolate))
+    for name in asked:
+        if name in functions:
+            raise SystemDefinitionError(
+                f"{name} is the Python function {functions[name].name}; expected an FMU to isolate"
+            )
         if name not in names:
             raise SystemDefinitionError(f"there is no component '{name}' to isolate{suggestion(name, names)}")
-    return frozenset(wanted) | {part.name for part in system.components if part.isolate}
+    return frozenset(asked)
 
 
 def _apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str]:
@@ -245,24 +274,26 @@ def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Descript
 def _components(
     system: System, paths: Mapping[str, Path], descriptions: Mapping[str, Description]
 ) -> dict[str, dict[str, Any]]:
-    """Say which file each component is, and every parameter it ran with, given or by default."""
+    """Say which file or function each component is, and every parameter it ran with, given or by default."""
+    functions = functions_of(system)
     components: dict[str, dict[str, Any]] = {}
     for part in system.components:
         description = descriptions[part.name]
+        file = paths.get(part.name)
+        origin = functions[part.name].record() if file is None else _origin(file, description)
         parameters = {variable.name: _start(variable) for variable in description.with_causality("parameter")}
         components[part.name] = {
-            "model": description.model_name,
-            "file": str(paths[part.name]),
-            "sha256": _sha256(paths[part.name]),
+            **origin,
             "parameters": {**parameters, **part.parameters},
         }
     return components
 
 
-def _sha256(path: Path) -> str:
-    """Return the digest of a file of any size."""
+def _origin(path: Path, description: Description) -> dict[str, Any]:
+    """Say which file, of any size, an FMU is."""
     with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return {"model": description.model_name, "file": str(path), "sha256": digest}
 
 
 def _start(variable: Variable) -> Value | None:

@@ -12,6 +12,7 @@ from cosim.scenario.scenario import Scenario
 from cosim.system.compatibility import Written
 from cosim.system.method import Method
 from cosim.system.signals import Value, plain_value
+from cosim.system.structure import Connection, Function
 
 INTERVAL = 30.0
 """Seconds between checkpoints."""
@@ -30,6 +31,8 @@ class OptionKeywords(TypedDict, total=False):
     variant: str | None
     isolate: bool | Collection[str]
     limits: Limits | None
+    components: Mapping[str, Function] | None
+    connections: Collection[Connection]
 
 
 _WRITTEN = "written"
@@ -60,6 +63,10 @@ class RunOptions:
         isolates.
     limits : Limits, optional
         Of time and memory, for the isolated components.
+    components : mapping of str to function, optional
+        Python functions in place of components of these names, or as new ones, which `connections` name.
+    connections : collection of Connection
+        In addition to the scenario's; each replaces what else drives its target.
     """
 
     packaging: str = "native"
@@ -72,6 +79,8 @@ class RunOptions:
     variant: str | None = None
     isolate: bool | str | Sequence[str] | Set[str] = False
     limits: Limits | None = None
+    components: Mapping[str, Function] | None = None
+    connections: Collection[Connection] = ()
 
     def __post_init__(self) -> None:
         for name in ("tolerance", "step_size", "stop_time"):
@@ -84,6 +93,16 @@ class RunOptions:
         if self.overrides is not None:
             plain = {name: plain_value(value) for name, value in self.overrides.items()}
             object.__setattr__(self, "overrides", plain)
+        if self.components is not None and not isinstance(cast(object, self.components), Mapping):
+            raise InputError(f'components is {self.components!r}; expected a mapping such as {{"law": my_function}}')
+        for name, function in (self.components or {}).items():
+            if not callable(cast(object, function)):
+                raise InputError(f"components: '{name}' is {function!r}; expected a function")
+        for connection in self.connections:
+            if not isinstance(cast(object, connection), Connection):
+                raise InputError(
+                    f"connections hold {connection!r}; expected Connection(source, target), each component.variable"
+                )
 
     def method(self, scenario: Scenario) -> Method:
         """Return the scenario's method with the settings given here; raises InputError if they make no sense."""
@@ -92,11 +111,14 @@ class RunOptions:
 
     def to_json(self) -> dict[str, Any]:
         """Return the options as JSON can hold them; values that are still to be read, as tables."""
+        if self.components or self.connections:
+            raise InputError("a run with Python functions cannot be written down; expected cosim.stream to resume it")
         overrides = self.overrides and {
             name: {_WRITTEN: str(value)} if isinstance(value, Written) else value
             for name, value in self.overrides.items()
         }
-        return {**asdict(self), "overrides": overrides}
+        told = {name: value for name, value in asdict(self).items() if name not in ("components", "connections")}
+        return {**told, "overrides": overrides}
 
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> RunOptions:

@@ -51,6 +51,12 @@ def simulate(
         isolates. A crash there is a `LostSlaveError` here.
     limits : Limits, optional
         Of time and memory, for the isolated components.
+    components : mapping of str to function, optional
+        Python functions by name of component: in place of one of the scenario's, or a new one that `connections` name.
+        Inputs are its parameters by name (`time` receives the communication point that its outputs belong to), outputs
+        what it returns: a mapping by name, or a number where one output is connected. It must remember nothing.
+    connections : collection of Connection, optional
+        In addition to the scenario's; each replaces what else drives its target.
 
     Returns
     -------

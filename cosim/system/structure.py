@@ -6,7 +6,7 @@ Nothing here opens an FMU. Names are checked against the FMUs' model description
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -17,6 +17,10 @@ from cosim.system.signals import Constant, Signal, Value, plain_value
 
 COUPLING = "coupling"
 """The word before the dot in recorded names that tell of the coupling, where in others a component's name does."""
+
+
+Function = Callable[..., object]
+"""A Python function as a component: inputs are its parameters, outputs what it returns."""
 
 
 class Port(str):
@@ -70,14 +74,15 @@ class Port(str):
 
 @dataclass(frozen=True)
 class Component:
-    """One FMU in a system.
+    """One FMU, or Python function, in a system.
 
     Parameters
     ----------
     name : str
         Name of the instance, without a dot.
-    fmu : str or Path
-        A name such as ``"DrillstringNeutral"``, looked up among the built FMUs, or the path of an .fmu file.
+    fmu : str, Path or function
+        A name such as ``"DrillstringNeutral"``, looked up among the built FMUs, or the path of an .fmu file; or a
+        function, which takes inputs as its parameters and returns outputs, as of `cosim.simulate`.
     parameters : mapping of str to float, int, bool or str
         Start values of parameters and of inputs that nothing drives. An enumeration takes an item's name or number.
     isolate : bool
@@ -85,7 +90,7 @@ class Component:
     """
 
     name: str
-    fmu: str | Path
+    fmu: str | Path | Function
     parameters: Mapping[str, Value] = field(default_factory=dict[str, Value])
     isolate: bool = False
 

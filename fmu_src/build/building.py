@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .. import project
+from ..errors import BuildError
+from ..fmus.own import OwnLaw
 from ..page.page import documentation_page
 from ..schema import Model, Packaging
 from . import native as native_build
@@ -60,6 +62,23 @@ def build(model: Model, packaging: Packaging, targets: Sequence[Target], output:
     return path
 
 
+def build_own(law: OwnLaw, folder: Path) -> Path:
+    """Build the FMU of a law of one's own as <folder>/<model name>.fmu; BuildError: nothing has been put in place."""
+    model = law.model
+    documents = {
+        "documentation/index.html": documentation_page(model, Packaging.PYTHON),
+        **license_files(Packaging.PYTHON, ()),
+        **appearance(model),
+    }
+    try:
+        files = _python(model, documents, law)
+    except ValueError as error:  # of a row that cannot be described
+        raise BuildError(str(error)) from error
+    path = folder / f"{model.name}.fmu"
+    packing.place(files, path)
+    return path
+
+
 def reference_files(model: Model) -> dict[str, bytes]:
     """Return the reference experiments that travel in an FMU, by path inside it; none if it has none.
 
@@ -93,7 +112,7 @@ def _native(model: Model, targets: Sequence[Target], documents: dict[str, bytes]
     return documents | libraries | shipped | {"modelDescription.xml": description}
 
 
-def _python(model: Model, documents: dict[str, bytes]) -> dict[str, bytes]:
-    files = python_files(model)
+def _python(model: Model, documents: dict[str, bytes], own: OwnLaw | None = None) -> dict[str, bytes]:
+    files = python_files(model, own)
     guid = packing.guid(files | {"description": model_description(model, Packaging.PYTHON, "")})
     return documents | files | {"modelDescription.xml": model_description(model, Packaging.PYTHON, guid)}

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -16,8 +17,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn
 
 from ..errors import BuildError
 from ..fmus import MODELS
+from ..fmus.own import read_law
 from ..schema import Model, Packaging
-from .building import build
+from .building import build, build_own
 from .native import TARGETS, Target, host_target
 
 
@@ -42,9 +44,17 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None)
 @app.command()
 def build_fmus(
     model: Annotated[
-        list[str] | None, typer.Argument(metavar="MODEL", help=f"Any of {', '.join(MODELS)}; none: all.")
+        list[str] | None,
+        typer.Argument(
+            metavar="MODEL", help=f"Any of {', '.join(MODELS)}; none: all. Or the file of a law of your own."
+        ),
     ] = None,
-    output: Annotated[Path, typer.Option(help="Folder the FMUs go to, by packaging.")] = Path("dist"),
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder the FMUs go to, by packaging; by default dist, and beside its file for a law of your own."
+        ),
+    ] = None,
     packaging: Annotated[PackagingChoice, typer.Option(help="How the computation is put in.")] = PackagingChoice.ALL,
     platform: Annotated[
         PlatformChoice, typer.Option(help="Platforms a native FMU runs on: this one, or all five.")
@@ -52,18 +62,27 @@ def build_fmus(
 ) -> None:
     """Build, validate and pack the FMUs.
 
-    Each goes to OUTPUT/PACKAGING/MODEL.fmu once it is known to be good; until then what was there stays.
+    Each goes to OUTPUT/PACKAGING/MODEL.fmu once it is known to be good; until then what was there stays. A law of your
+    own is a file LAW.py, as `cosim new-law LAW` writes it, and goes to LAW.fmu beside it, in the python packaging.
     """
     console = Console(stderr=True)
-    models = _models(model or list(MODELS))
+    files = [Path(name) for name in model or () if name.endswith(".py")]
+    if files and packaging is PackagingChoice.NATIVE:
+        raise typer.BadParameter(f"{files[0]} has no C code; expected --packaging python", param_hint="--packaging")
+    models = _models([name for name in model or (() if files else MODELS) if not name.endswith(".py")])
     packagings = list(Packaging) if packaging is PackagingChoice.ALL else [Packaging(packaging.value)]
     try:
-        needs_target = Packaging.NATIVE in packagings
+        laws = {file: read_law(file) for file in files}
+        needs_target = Packaging.NATIVE in packagings and bool(models)
         targets = list(TARGETS) if platform is PlatformChoice.ALL else [host_target()] if needs_target else []
     except BuildError as error:
-        console.print(f"error: {error}", style="red", markup=False)
+        console.print(f"error: {error}", style="red", markup=False, soft_wrap=True)
         raise typer.Exit(1) from error
-    built, failures = _build_all(console, models, packagings, targets, output)
+    jobs = _jobs(models, packagings, targets, output or Path("dist"))
+    for file, law in laws.items():
+        folder = file.parent if output is None else output / Packaging.PYTHON.value
+        jobs[f"{Packaging.PYTHON.value}/{law.model.name}"] = partial(build_own, law, folder)
+    built, failures = _build_all(console, jobs)
     for path in built:
         typer.echo(path)
     for failure in failures:
@@ -80,7 +99,8 @@ def build_all(output: Path) -> list[Path]:
     BuildError
         One of them could not be built.
     """
-    built, failures = _build_all(Console(stderr=True), list(MODELS.values()), [Packaging.NATIVE], list(TARGETS), output)
+    jobs = _jobs(list(MODELS.values()), [Packaging.NATIVE], list(TARGETS), output)
+    built, failures = _build_all(Console(stderr=True), jobs)
     if failures:
         raise failures[0]
     return built
@@ -94,9 +114,18 @@ def _models(names: Sequence[str]) -> list[Model]:
     return [MODELS[name] for name in dict.fromkeys(names)]
 
 
-def _build_all(
-    console: Console, models: list[Model], packagings: list[Packaging], targets: list[Target], output: Path
-) -> tuple[list[Path], list[BuildError]]:
+def _jobs(
+    models: list[Model], packagings: list[Packaging], targets: list[Target], output: Path
+) -> dict[str, Callable[[], Path]]:
+    """Return what builds each FMU in each packaging, by its name."""
+    return {
+        f"{packaging}/{model.name}": partial(build, model, packaging, targets, output)
+        for packaging in packagings
+        for model in models
+    }
+
+
+def _build_all(console: Console, jobs: Mapping[str, Callable[[], Path]]) -> tuple[list[Path], list[BuildError]]:
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -108,18 +137,14 @@ def _build_all(
     failures: list[BuildError] = []
     # compiler and trial run are processes of their own, so threads are enough to keep all processors busy
     with Progress(*columns, console=console) as progress, ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs: dict[Future[Path], str] = {
-            pool.submit(build, model, packaging, targets, output): f"{packaging}/{model.name}"
-            for packaging in packagings
-            for model in models
-        }
-        task = progress.add_task("building FMUs", total=len(jobs))
-        for job in as_completed(jobs):
+        begun: dict[Future[Path], str] = {pool.submit(job): name for name, job in jobs.items()}
+        task = progress.add_task("building FMUs", total=len(begun))
+        for job in as_completed(begun):
             try:
                 built.append(job.result())
             except BuildError as error:
                 failures.append(error)
-            progress.update(task, advance=1, description=escape(jobs[job]))
+            progress.update(task, advance=1, description=escape(begun[job]))
     return sorted(built), sorted(failures, key=str)
 
 

@@ -10,15 +10,19 @@ the name of the bundle is made from its content, and all imports inside point at
 from __future__ import annotations
 
 import ast
+from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
+from types import MappingProxyType
 
 from .. import project
 from ..errors import BuildError
+from ..fmus.own import OwnLaw
 from ..schema import Model
 from . import packing
 
 OWN = ("fmu_src", "models", "pythonfmu")
+_NOTHING: Mapping[str, str] = MappingProxyType({})
 MAIN = '''\
 """The script that pythonfmu's library runs: once to import it, and once more for every instance."""
 
@@ -29,10 +33,10 @@ library.keep(globals())
 '''
 
 
-def python_files(model: Model) -> dict[str, bytes]:
+def python_files(model: Model, own: OwnLaw | None = None) -> dict[str, bytes]:
     """Return resources and binaries of the FMU by path; BuildError if a module or the library is missing."""
-    slave = slave_module(model)
-    package, modules = bundle(slave)
+    slave = slave_module(model) if own is None else own.module
+    package, modules = bundle(slave, {} if own is None else {own.module: own.source})
     script = f"{package}_main"
     files = {f"resources/{path}": content for path, content in modules.items()}
     files[f"resources/{script}.py"] = MAIN.format(package=package, slave=slave, model=model.name).encode()
@@ -57,10 +61,11 @@ def _libraries(model: Model) -> dict[str, bytes]:
     return {f"binaries/{path.parent.name}/{model.name}{path.suffix}": path.read_bytes() for path in paths}
 
 
-def bundle(module: str) -> tuple[str, dict[str, bytes]]:
+def bundle(module: str, given: Mapping[str, str] = _NOTHING) -> tuple[str, dict[str, bytes]]:
     """Return the bundle of a module and all it imports from `OWN`: its package name, and its files by path.
 
-    Packages are bundled with an empty `__init__`, so a module imports what it needs from the module that defines it.
+    Sources of modules that stand elsewhere are given. Packages are bundled with an empty `__init__`, so a module
+    imports what it needs from the module that defines it.
 
     Raises
     ------
@@ -72,7 +77,7 @@ def bundle(module: str) -> tuple[str, dict[str, bytes]]:
     while waiting:
         name = waiting.pop()
         if name not in sources:
-            sources[name] = _read(name)
+            sources[name] = given[name] if name in given else _read(name)
             waiting += [used for node in _imports(sources[name]) for used in _modules(name, node)]
     original = {_path(name): source.encode() for name, source in sources.items()}
     package = f"drillstring_{packing.digest(original)[:16]}"

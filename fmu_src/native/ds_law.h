@@ -4,10 +4,12 @@
 #ifndef DS_LAW_H
 #define DS_LAW_H
 
+#include <stdio.h>
 #include <string.h>
 
 #include "ds_answered.h"
 #include "ds_model.h"
+#include "ds_number.h"
 
 /* fill the memory from inputs and parameters at the start */
 static void begin(double memory[], const double value[]);
@@ -33,6 +35,17 @@ static void differentiate(const double memory[], const double value[], const dou
 
 /* say what has changed in the outputs since `before` that the user should know */
 static void tell_changes(const double before[], const double value[], double time, ds_journal *journal);
+
+/* refuse a step so long that what is added up in it leaves the range of numbers */
+static inline ds_result ds_require_short(double elapsed, ds_journal *journal)
+{
+    if (elapsed <= 1e6) {
+        return DS_OK;
+    }
+    snprintf(journal->reason, sizeof journal->reason, "a step of %s s cannot be followed; expected at most 1e+06 s",
+             ds_number(elapsed).text);
+    return DS_DISCARD;
+}
 
 typedef struct {
     double memory[DS_MEMORY];

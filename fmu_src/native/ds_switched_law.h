@@ -47,7 +47,9 @@ static ds_result advance(double memory[], const double value[], const double slo
 {
     const double enabled = value[DS_enabled] != 0.0;
     ds_answered end;
-    (void)journal;
+    if (ds_require_short(elapsed, journal) != DS_OK) {
+        return DS_DISCARD;
+    }
     ds_answered_take(&end, value, slope, elapsed);
     go_on(memory, value, slope, end.value, elapsed);
     memory[DS_REST] = memory[DS_REST] * ds_fading(elapsed, value[DS_handover_time]);

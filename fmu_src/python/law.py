@@ -31,6 +31,16 @@ class MemorylessLaw(TableSlave):
         """Take nothing over."""
 
 
+LONGEST_STEP = 1e6
+"""Of laws that add up [s]."""
+
+
+def require_short(elapsed: float) -> None:
+    """Refuse a step so long that what is added up in it leaves the range of numbers."""
+    if elapsed > LONGEST_STEP:
+        raise ValueError(f"a step of {elapsed!r} s cannot be followed; expected at most 1e+06 s")
+
+
 class Law(TableSlave):
     """A law with a memory, an array of numbers: filters, integrators, what it has seen. native/ds_law.h follows it.
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Any
 
-from fmu_src.python.law import Law
+from fmu_src.python.law import Law, require_short
 from models.numerics.low_pass import fading
 
 
@@ -42,6 +42,7 @@ class SwitchedLaw(Law):
 
     def advance(self, values: list[Any], elapsed: float) -> tuple[float, ...]:
         """Let the rest die away, and add to it what a switch would make jump."""
+        require_short(elapsed)
         rest, engaged, *before = self.memory
         own = self.go_on(tuple(before), values, elapsed)
         rest = rest * fading(elapsed, values[self.at["handover_time"]])

@@ -177,6 +177,7 @@ const walk walks_of_laws[] = {
     {"handover_time", "inputs", cure_over_its_inputs},
     {"Omega_command", "inputs", cure_over_its_inputs},
     {"torque_initial", "inputs", cure_over_its_inputs},
+    {"jump", "inputs", cure_over_its_inputs},
     {"table", "change", program_of_a_change},
     {"table", "table", program_of_a_table},
     {"table", "no table", program_of_no_table},

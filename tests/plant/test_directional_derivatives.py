@@ -82,6 +82,8 @@ DESCRIBED = {
     "WeightOnBitLaw": [{}],
     "DissipativeLaw": [{"form": form, "top_speed": 12.0} for form in (1, 2)],
     "SoftTorque": [{"filter_time": 0.0}],
+    "TopAbsorber": [{"filter_time": 0.0}],
+    "BitSpeedObserver": [{}],
 }
 
 
@@ -175,11 +177,11 @@ def test_in_initialization_mode_the_weight_law_is_differentiated_by_inputs_and_p
     assert_differentiates_its_start("WeightOnBitLaw", {"bit_speed": bit_speed}, set())
 
 
-SWITCHED = ("SoftTorque",)
+SWITCHED = ("SoftTorque", "TopAbsorber")
 
 
 @pytest.mark.parametrize("model", SWITCHED)
-@pytest.mark.parametrize("start", [{}, {"enabled": 0}, {"mode": 3, "top_speed": 6.0, "Omega_max": 9.0}])
+@pytest.mark.parametrize("start", [{}, {"enabled": 0}, {"mode": 2, "top_speed": 6.0, "Omega_max": 9.0}])
 def test_in_initialization_mode_a_law_that_can_be_switched_is_differentiated_by_all_it_starts_from(model, start):
     inside = {"J_v": 1.0} if model == "SoftTorque" else {}
     assert_differentiates_its_start(model, start | inside, set())

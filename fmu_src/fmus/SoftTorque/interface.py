@@ -19,7 +19,9 @@ from ...schema import Model, Variable
 from . import page
 
 
-def virtual_drive_rows() -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
+def virtual_drive_rows(
+    filter_time: float,
+) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
     """Return the rows of inputs, outputs and parameters that laws have which make the drive a virtual one."""
     ends = ("top_speed", "top_torque", "speed_ref")
     inputs = (
@@ -36,7 +38,7 @@ def virtual_drive_rows() -> tuple[tuple[Variable, ...], tuple[Variable, ...], tu
         *STRING,
         TOP_DAMPING,
         choice_row("slip", "The string's top turns slower than asked for by its slip torque / c_a, or as asked for", "cures 2", "mean", "compensated"),
-        parameter_row("filter_time", "s", 0.04, 0.0, 1e3, f"Time constant T_f of the filter of the wave; 0: none ({NOT_IN_THE_PAPER})", "cures 3"),
+        parameter_row("filter_time", "s", filter_time, 0.0, 1e3, f"Time constant T_f of the filter of the wave; 0: none ({NOT_IN_THE_PAPER})", "cures 3"),
         parameter_row("slip_time", "s", 5.0, 1e-3, 1e6, f"Time constant of the filter of the torque for the slip ({NOT_IN_THE_PAPER})", "cures 2"),
         parameter_row("handover_time", "s", 1.0, 0.0, 1e3, f"Time constant with which a switch takes effect ({NOT_IN_THE_PAPER})", "cures 6", "tunable"),
         parameter_row("Omega_max", "rad/s", 40.0, 1e-3, 1e4, f"Limit of Omega in both directions ({NOT_IN_THE_PAPER})", "cures 7", "tunable"),
@@ -44,7 +46,7 @@ def virtual_drive_rows() -> tuple[tuple[Variable, ...], tuple[Variable, ...], tu
     return inputs, outputs, parameters
 
 
-_INPUTS, _OUTPUTS, _PARAMETERS = virtual_drive_rows()
+_INPUTS, _OUTPUTS, _PARAMETERS = virtual_drive_rows(0.04)
 
 MODEL = Model(
     name="SoftTorque",

@@ -74,7 +74,9 @@ static ds_result advance(double memory[], const double value[], const double slo
     const double asked = value[DS_speed_ref] + slope[DS_speed_ref] * elapsed;
     const double before = memory[SET_POINT];
     const double sum = memory[SUM];
-    (void)journal;
+    if (ds_require_short(elapsed, journal) != DS_OK) {
+        return DS_DISCARD;
+    }
     memory[SET_POINT] = before + ds_limited(asked - before, -most, most);
     memory[SMOOTHED] = ds_low_pass(memory[SMOOTHED], speed, slope[DS_Omega], elapsed, value[DS_filter_time]);
     const double error = memory[SET_POINT] - end;

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fmu_src.fmus.SpeedPid.interface import MODEL
-from fmu_src.python.law import Law
+from fmu_src.python.law import Law, require_short
 from models.controllers.speed_pid import PidGains, PidState, stiff, tuned
 from models.controllers.speed_pid import SpeedPid as Controller
 from models.controllers.virtual_drive import TopOfString
@@ -30,6 +30,7 @@ class SpeedPid(Law):
 
     def advance(self, values: list[Any], elapsed: float) -> tuple[float, ...]:
         """Add up the error, and hand over at a switch."""
+        require_short(elapsed)
         engaged, enabled = self.memory[3], float(bool(values[self.at["enabled"]]))
         controller, gains = self._controller(values), self._gains(values, engaged)
         speed = values[self.at["Omega"]]

@@ -95,24 +95,25 @@ def judge(result: Result, engaged: float, loaded: float | None, *, switched: boo
     """
     time: FloatArray = result.time
     column = {name.partition(".")[2]: _numbers(result, name) for name in result.names if name.startswith("plant.")}
+    end = float(time[-1])
     first = int(np.searchsorted(time, engaged - 1e-9))
-    start = int(np.searchsorted(time, time[-1] - WINDOW - 1e-9))
+    start = int(np.searchsorted(time, end - WINDOW - 1e-9))
     since, window = slice(first + 1, None), slice(start + 1, None)
-    begin, end = float(time[start]), float(time[-1])
+    duration = end - float(time[start])
 
     def gained(name: str) -> float:
         return float(column[name][-1] - column[name][start])
 
-    mean = gained("bit_angle") / (end - begin)
+    mean = gained("bit_angle") / duration
     swing = float(column["bit_speed_max"][window].max() - column["bit_speed_min"][window].min())
     drive = _numbers(result, "drive.Omega")[window]
     turning = mean > _SLOWEST
     return Score(
         time_to_free=_time_to_free(column, first, start, float(time[first])),
-        stuck_fraction=gained("stuck_time") / (end - begin),
+        stuck_fraction=gained("stuck_time") / duration,
         ssi=swing / (2.0 * mean) if turning else math.inf,
         mean_bit_speed=mean,
-        mean_top_speed=gained("top_angle") / (end - begin),
+        mean_top_speed=gained("top_angle") / duration,
         peak_bit_speed=float(column["bit_speed_max"][since].max()),
         least_bit_speed=float(column["bit_speed_min"][since].min()),
         greatest_torque=float(column["top_torque"][since].max()),

@@ -56,8 +56,8 @@ def explanations(standings: Standings) -> list[str]:
     """Say what the table shows, and what failed."""
     said = [
         "a time is that from when the law is switched on, in full stick-slip, to when the bit is stuck last; a law "
-        "without a switch acts from rest, and is said to leave the string free or stuck; * marks conditions that some good "
-        "laws are known to fail, and + that nothing harder was tried"
+        "without a switch acts from rest, and is said to leave the string free or stuck; * marks conditions that some "
+        "good laws are known to fail, and + that nothing harder was tried"
     ]
     for (law, condition), score in standings.scores.items():
         if score.failure:

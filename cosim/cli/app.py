@@ -227,6 +227,31 @@ def check(
 
 
 @app.command()
+def league(
+    file: Annotated[
+        Path | None, typer.Argument(help="A .toml file of laws and conditions; by default the field's.")
+    ] = None,
+    law: Annotated[list[str] | None, typer.Option(help="Only this law; repeatable.")] = None,
+    condition: Annotated[list[str] | None, typer.Option(help="Only this condition; repeatable.")] = None,
+    add: Annotated[list[Path] | None, typer.Option(help="An .fmu file that takes part besides; repeatable.")] = None,
+    workers: Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor.")] = 0,
+    output: Annotated[Path, typer.Option(help="Folder for scores, limits and figure.")] = Path("runs/league"),
+) -> None:
+    """Judge laws against stick-slip: each under each condition, with a real drive; show who frees the string, when."""
+    from cosim.cli.league_table import print_standings
+    from cosim.league import table
+    from cosim.league.entries import USUAL, load_league
+    from cosim.league.playing import play
+
+    with sentences():
+        laws = [*(law or ()), *(path.stem for path in add or () if law)]
+        chosen = load_league(file or USUAL, add).only(laws, condition or [])
+        with progress_bar() as bar:
+            standings = play(chosen, workers, bar.one_task("playing"))
+        print_standings(standings, table.write(standings, output))
+
+
+@app.command()
 def fmus(
     folder: Annotated[
         Path | None, typer.Argument(help="Where to copy them to; without it they are listed.", metavar="[FOLDER]")

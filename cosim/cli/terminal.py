@@ -109,6 +109,16 @@ class Bar:
         self._check()
         self._bars.update(self._tasks[label], completed=part)
 
+    def one_task(self, title: str) -> Callable[[str, float], None]:
+        """Begin a bar for all of a task; what is returned takes what has been done last, and which part is done."""
+        task = self._bars.add_task(title, total=1.0)
+
+        def update(done: str, part: float) -> None:
+            self._check()
+            self._bars.update(task, description=f"{title}: {done}", completed=part)
+
+        return update
+
 
 @contextmanager
 def progress_bar() -> Generator[Bar]:

@@ -31,7 +31,7 @@ class DriveState(NamedTuple):
     Attributes
     ----------
     speed : float
-        Omega [rad/s].
+        Omega [rad/s], without `over`.
     motor : float
         Torque of the motor since the last sample [N m].
     command : float
@@ -41,7 +41,9 @@ class DriveState(NamedTuple):
     left : float
         Time to the next sample [s].
     limited : float
-        1 while a limit of torque or power holds.
+        1 while the motor is at its greatest torque or power, -1 at its least, else 0.
+    over : float
+        By how much a drive of mode speed, at its least torque, is faster than asked for [rad/s].
     random : float
         State of the noise.
     seen_speed, seen_torque, seen_top : float
@@ -58,6 +60,7 @@ class DriveState(NamedTuple):
     integral: float
     left: float
     limited: float
+    over: float
     random: float
     seen_speed: float
     seen_torque: float
@@ -68,15 +71,18 @@ class DriveState(NamedTuple):
     @classmethod
     def of(cls, flat: tuple[float, ...]) -> DriveState:
         """Return the state that was made flat."""
-        speed, motor, command, integral, left, limited, random, seen_speed, seen_torque, seen_top, place, *queue = flat
-        seen = (seen_speed, seen_torque, seen_top)
-        return cls(speed, motor, command, integral, left, limited, random, *seen, place, tuple(queue))
+        return cls(*flat[:12], flat[12:])
 
     def flat(self) -> tuple[float, ...]:
         """Return the state as numbers, the queue at their end."""
         seen = (self.seen_speed, self.seen_torque, self.seen_top)
-        first = (self.speed, self.motor, self.command, self.integral, self.left, self.limited, self.random)
+        first = (self.speed, self.motor, self.command, self.integral, self.left, self.limited, self.over, self.random)
         return (*first, *seen, self.place, *self.queue)
+
+    @property
+    def turning(self) -> float:
+        """Speed of the drive, Omega [rad/s]."""
+        return self.speed + self.over
 
 
 @dataclass(frozen=True)
@@ -97,8 +103,6 @@ class TopDrive:
         Between samples, and until a command acts [s].
     speed_noise, torque_noise : float
         Standard deviations of what the sensors show [rad/s, N m].
-    admittance : float
-        1/c_a + 1/Z: how much faster the drive must turn for a torque that is greater by 1 [rad/(N m s)].
     """
 
     mode: Literal["speed", "servo", "torque"]
@@ -114,7 +118,6 @@ class TopDrive:
     delay: float
     speed_noise: float
     torque_noise: float
-    admittance: float
 
     def begin(self, now: Signals, seed: int) -> DriveState:
         """Return the state of a drive that has turned at the speed asked for, with sensors that are right."""
@@ -122,7 +125,7 @@ class TopDrive:
         motor = self._within(asked, self._highest(now.speed))
         command = now.motor_torque if self.mode == "torque" else now.speed
         return DriveState(
-            now.speed, motor, now.speed, motor, self.sample_time, float(motor != asked), float(seed), now.speed,
+            now.speed, motor, now.speed, motor, self.sample_time, _beyond(asked, motor), 0.0, float(seed), now.speed,
             now.top_torque, now.top_speed, 0.0, (command,) * LONGEST_QUEUE,
         )  # fmt: skip
 
@@ -148,10 +151,15 @@ class TopDrive:
 
     def _moved(self, state: DriveState, begin: Signals, slopes: Signals, done: float, part: float) -> DriveState:
         """Return the state after a part of a step between samples."""
-        if self.mode == "speed":
-            return state._replace(speed=self._followed(state.speed, state.command, part))
         torque = begin.top_torque + slopes.top_torque * (done + 0.5 * part)
-        return state._replace(speed=state.speed + part * (state.motor - torque) / self.inertia)
+        turned = state.turning + part * (state.motor - torque) / self.inertia
+        if self.mode != "speed":
+            return state._replace(speed=turned)
+        speed = self._followed(state.speed, state.command, part)
+        if state.limited > 0.0:
+            return state._replace(speed=turned if turned < speed else speed)
+        over = turned - speed if state.limited < 0.0 and turned > speed else 0.0
+        return state._replace(speed=speed, over=over)
 
     def _followed(self, speed: float, command: float, part: float) -> float:
         """Return a speed that has followed a command, at most at the rate."""
@@ -170,13 +178,13 @@ class TopDrive:
         """Return the state after a sample: sensors read, and the motor set."""
         state = self._seen(state, now)
         asked, state = self._arrived(state, now.motor_torque if self.mode == "torque" else now.speed)
-        highest = self._highest(state.speed)
+        highest = self._highest(state.turning)
         state = state._replace(left=self.sample_time)
         if self.mode == "speed":
-            return self._held_by_torque(state, asked, now.top_torque, highest)
+            return self._strained(state, asked, now.top_torque, highest)
         if self.mode == "torque":
             motor = self._within(asked, highest)
-            return state._replace(motor=motor, limited=float(motor != asked))
+            return state._replace(motor=motor, limited=_beyond(asked, motor))
         most = self.rate * self.sample_time
         change = asked - state.command
         command = state.command + (most if change > most else -most if change < -most else change)
@@ -186,10 +194,10 @@ class TopDrive:
         motor = self._within(wanted, highest)
         if (wanted > highest and error > 0.0) or (wanted < self.least and error < 0.0):
             integral = state.integral
-        return state._replace(command=command, integral=integral, motor=motor, limited=float(motor != wanted))
+        return state._replace(command=command, integral=integral, motor=motor, limited=_beyond(wanted, motor))
 
     def _seen(self, state: DriveState, now: Signals) -> DriveState:
-        speed, torque, top, random = state.speed, now.top_torque, now.top_speed, state.random
+        speed, torque, top, random = state.turning, now.top_torque, now.top_speed, state.random
         if self.speed_noise > 0.0:
             drawn, random = normal(random)
             speed = speed + self.speed_noise * drawn
@@ -215,14 +223,16 @@ class TopDrive:
         """Sample times from a command to when it acts."""
         return int(self.delay / self.sample_time + 0.5)
 
-    def _held_by_torque(self, state: DriveState, asked: float, torque: float, highest: float) -> DriveState:
-        """Return the state with the speed at which the string takes no more torque than the motor can give."""
-        high = state.speed + (highest - torque) * self.admittance
-        low = state.speed + (self.least - torque) * self.admittance
-        command = high if asked > high else low if asked < low else asked
-        speed = high if state.speed > high else low if state.speed < low else state.speed
-        motor = self._within(torque, highest)
-        return state._replace(speed=speed, command=command, motor=motor, limited=float(command != asked))
+    def _strained(self, state: DriveState, asked: float, torque: float, highest: float) -> DriveState:
+        """Return the state in which the motor gives what the string takes, as far as it can.
+
+        Beyond, the speed is that of the rotor: a greater torque slows it down, and it sets out anew from there; a
+        string that would have to be braked turns it faster, and at its least torque it falls back to what is asked for.
+        """
+        loose = torque < self.least or state.over > 0.0
+        motor = self.least if loose else self._within(torque, highest)
+        limited = -1.0 if loose else _beyond(torque, motor)
+        return state._replace(command=asked, motor=motor, limited=limited)
 
     def _highest(self, speed: float) -> float:
         """Return the greatest torque at a speed."""
@@ -235,3 +245,8 @@ class TopDrive:
 
 def _at(begin: Signals, slopes: Signals, elapsed: float) -> Signals:
     return Signals(*(value + slope * elapsed for value, slope in zip(begin, slopes, strict=True)))
+
+
+def _beyond(asked: float, motor: float) -> float:
+    """Return 1 if more was asked of the motor than it gives, -1 if less, else 0."""
+    return 1.0 if asked > motor else -1.0 if asked < motor else 0.0

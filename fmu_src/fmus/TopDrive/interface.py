@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from ...rows import (
     NOT_IN_THE_PAPER,
-    STRING,
-    TOP_DAMPING,
     choice_row,
     drive_terminal,
     flag_row,
@@ -38,7 +36,7 @@ MODEL = Model(
         choice_row("mode", "A speed behind a lag, a rotor with a speed controller, or a rotor alone", "cures 9", "speed", "servo", "torque"),
         parameter_row("lag", "s", 0.02, 0.0, 10.0, f"Time constant; mode speed ({NOT_IN_THE_PAPER})", "cures 9"),
         parameter_row("rate_limit", "rad/s2", 10.0, 1e-3, 1e6, f"Greatest change of speed; modes speed and servo ({NOT_IN_THE_PAPER})", "cures 9"),
-        parameter_row("J_r", "kg.m2", 2900.0, 1.0, 1e6, f"Inertia of the rotor; modes servo and torque ({NOT_IN_THE_PAPER})", "cures 10"),
+        parameter_row("J_r", "kg.m2", 2900.0, 1.0, 1e6, f"Inertia of the rotor; in mode speed at its limits only ({NOT_IN_THE_PAPER})", "cures 10"),
         parameter_row("K_p", "N.m.s/rad", 15000.0, 0.0, 1e8, f"Proportional gain; mode servo ({NOT_IN_THE_PAPER})", "cures 11"),
         parameter_row("K_i", "N.m/rad", 14500.0, 0.0, 1e8, f"Integral gain; mode servo ({NOT_IN_THE_PAPER})", "cures 11"),
         parameter_row("torque_min", "N.m", 0.0, -1e8, 0.0, f"Least torque of the motor ({NOT_IN_THE_PAPER})", "cures 12"),
@@ -49,8 +47,6 @@ MODEL = Model(
         parameter_row("speed_noise", "rad/s", 0.0, 0.0, 1e3, "Standard deviation of measured speeds", "cures 13"),
         parameter_row("torque_noise", "N.m", 0.0, 0.0, 1e6, "Standard deviation of the measured torque", "cures 13"),
         Variable("seed", "parameter", "Seed of the noise", "Integer", "fixed", start=1, minimum=1, maximum=2147483646, equation="cures 13"),
-        TOP_DAMPING,
-        *STRING[:3],
     ),
     use=page.USE,
     equations=page.EQUATIONS,

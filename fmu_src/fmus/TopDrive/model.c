@@ -18,7 +18,8 @@ enum {
     COMMAND,
     INTEGRAL,
     LEFT,
-    LIMITED,
+    LIMITED, /* 1 at the greatest torque or power, -1 at the least, else 0 */
+    OVER,    /* by how much a drive of mode speed, at its least torque, is faster than asked for */
     RANDOM,
     SEEN_SPEED,
     SEEN_TORQUE,
@@ -55,6 +56,17 @@ static double highest_at(const double value[], double speed)
     return size * value[DS_torque_max] > value[DS_power_max] ? value[DS_power_max] / size : value[DS_torque_max];
 }
 
+static double turning(const double memory[])
+{
+    return memory[DRIVE_SPEED] + memory[OVER];
+}
+
+/* 1 if more was asked of the motor than it gives, -1 if less, else 0 */
+static double beyond(double asked, double motor)
+{
+    return asked > motor ? 1.0 : asked < motor ? -1.0 : 0.0;
+}
+
 /* what the motor is asked for at the start */
 static int asked_at_start(const double value[])
 {
@@ -66,13 +78,18 @@ static double rate_of(const double memory[], const double value[], double torque
 {
     const double rate = value[DS_rate_limit];
     const double gap = memory[COMMAND] - memory[DRIVE_SPEED];
-    if (mode_of(value) != MODE_SPEED) {
-        return (memory[MOTOR] - torque) / value[DS_J_r];
-    }
+    const double rotor = (memory[MOTOR] - torque) / value[DS_J_r];
+    double following = gap > 0.0 ? rate : gap < 0.0 ? -rate : 0.0;
     if (value[DS_lag] > 0.0) {
-        return ds_limited(gap / value[DS_lag], -rate, rate);
+        following = ds_limited(gap / value[DS_lag], -rate, rate);
     }
-    return gap > 0.0 ? rate : gap < 0.0 ? -rate : 0.0;
+    if (mode_of(value) != MODE_SPEED || memory[OVER] > 0.0) {
+        return rotor;
+    }
+    if (memory[LIMITED] > 0.0) {
+        return fmin(following, rotor);
+    }
+    return memory[LIMITED] < 0.0 ? fmax(following, rotor) : following;
 }
 
 static void begin(double memory[], const double value[])
@@ -85,7 +102,8 @@ static void begin(double memory[], const double value[])
     memory[COMMAND] = value[DS_Omega_command];
     memory[INTEGRAL] = motor;
     memory[LEFT] = value[DS_sample_time];
-    memory[LIMITED] = motor != asked;
+    memory[LIMITED] = beyond(asked, motor);
+    memory[OVER] = 0.0;
     memory[RANDOM] = value[DS_seed];
     memory[SEEN_SPEED] = value[DS_Omega_command];
     memory[SEEN_TORQUE] = value[DS_top_torque];
@@ -133,12 +151,19 @@ static double followed(const double value[], double speed, double command, doubl
 
 static void go_between(double memory[], const double value[], const double slope[], double done, double part)
 {
-    if (mode_of(value) == MODE_SPEED) {
-        memory[DRIVE_SPEED] = followed(value, memory[DRIVE_SPEED], memory[COMMAND], part);
-    } else {
-        const double torque = value[DS_top_torque] + slope[DS_top_torque] * (done + 0.5 * part);
-        memory[DRIVE_SPEED] = memory[DRIVE_SPEED] + part * (memory[MOTOR] - torque) / value[DS_J_r];
+    const double torque = value[DS_top_torque] + slope[DS_top_torque] * (done + 0.5 * part);
+    const double turned = turning(memory) + part * (memory[MOTOR] - torque) / value[DS_J_r];
+    if (mode_of(value) != MODE_SPEED) {
+        memory[DRIVE_SPEED] = turned;
+        return;
     }
+    const double speed = followed(value, memory[DRIVE_SPEED], memory[COMMAND], part);
+    if (memory[LIMITED] > 0.0) {
+        memory[DRIVE_SPEED] = turned < speed ? turned : speed;
+        return;
+    }
+    memory[OVER] = memory[LIMITED] < 0.0 && turned > speed ? turned - speed : 0.0;
+    memory[DRIVE_SPEED] = speed;
 }
 
 static double at(const double value[], const double slope[], int which, double elapsed)
@@ -148,7 +173,7 @@ static double at(const double value[], const double slope[], int which, double e
 
 static void read_sensors(double memory[], const double value[], const double slope[], double elapsed)
 {
-    memory[SEEN_SPEED] = memory[DRIVE_SPEED];
+    memory[SEEN_SPEED] = turning(memory);
     memory[SEEN_TORQUE] = at(value, slope, DS_top_torque, elapsed);
     memory[SEEN_TOP] = at(value, slope, DS_top_speed, elapsed);
     if (value[DS_speed_noise] > 0.0) {
@@ -174,16 +199,13 @@ static double arrived(double memory[], const double value[], double command)
     return asked;
 }
 
-static void hold_by_torque(double memory[], const double value[], double asked, double torque, double highest)
+/* the motor gives what the string takes, as far as it can; beyond, the speed is that of the rotor */
+static void strain(double memory[], const double value[], double asked, double torque, double highest)
 {
-    const double impedance = sqrt(value[DS_I] * value[DS_G] * value[DS_J]);
-    const double admittance = 1.0 / value[DS_c_a] + 1.0 / impedance;
-    const double high = memory[DRIVE_SPEED] + (highest - torque) * admittance;
-    const double low = memory[DRIVE_SPEED] + (value[DS_torque_min] - torque) * admittance;
-    memory[COMMAND] = ds_limited(asked, low, high);
-    memory[DRIVE_SPEED] = ds_limited(memory[DRIVE_SPEED], low, high);
-    memory[MOTOR] = ds_limited(torque, value[DS_torque_min], highest);
-    memory[LIMITED] = memory[COMMAND] != asked;
+    const int loose = torque < value[DS_torque_min] || memory[OVER] > 0.0;
+    memory[COMMAND] = asked;
+    memory[MOTOR] = loose ? value[DS_torque_min] : ds_limited(torque, value[DS_torque_min], highest);
+    memory[LIMITED] = loose ? -1.0 : beyond(torque, memory[MOTOR]);
 }
 
 static void control_speed(double memory[], const double value[], double asked, double highest)
@@ -194,7 +216,7 @@ static void control_speed(double memory[], const double value[], double asked, d
     const double integral = memory[INTEGRAL] + value[DS_K_i] * value[DS_sample_time] * error;
     const double wanted = value[DS_K_p] * error + integral;
     memory[MOTOR] = ds_limited(wanted, value[DS_torque_min], highest);
-    memory[LIMITED] = memory[MOTOR] != wanted;
+    memory[LIMITED] = beyond(wanted, memory[MOTOR]);
     /* what would drive the torque further beyond its limit is not added up */
     if (!((wanted > highest && error > 0.0) || (wanted < value[DS_torque_min] && error < 0.0))) {
         memory[INTEGRAL] = integral;
@@ -207,15 +229,15 @@ static void take_sample(double memory[], const double value[], const double slop
     read_sensors(memory, value, slope, elapsed);
     const double given = at(value, slope, mode == MODE_TORQUE ? DS_motor_torque : DS_Omega_command, elapsed);
     const double asked = arrived(memory, value, given);
-    const double highest = highest_at(value, memory[DRIVE_SPEED]);
+    const double highest = highest_at(value, turning(memory));
     memory[LEFT] = value[DS_sample_time];
     if (mode == MODE_SPEED) {
-        hold_by_torque(memory, value, asked, at(value, slope, DS_top_torque, elapsed), highest);
+        strain(memory, value, asked, at(value, slope, DS_top_torque, elapsed), highest);
     } else if (mode == MODE_SERVO) {
         control_speed(memory, value, asked, highest);
     } else {
         memory[MOTOR] = ds_limited(asked, value[DS_torque_min], highest);
-        memory[LIMITED] = memory[MOTOR] != asked;
+        memory[LIMITED] = beyond(asked, memory[MOTOR]);
     }
 }
 
@@ -252,9 +274,9 @@ static void move(const double memory[], const double value[], double drift[])
 
 static void answer(const double memory[], double value[])
 {
-    value[DS_Omega] = memory[DRIVE_SPEED];
+    value[DS_Omega] = turning(memory);
     value[DS_motor_torque_applied] = memory[MOTOR];
-    value[DS_limit_active] = memory[LIMITED];
+    value[DS_limit_active] = memory[LIMITED] != 0.0;
     value[DS_Omega_measured] = memory[SEEN_SPEED];
     value[DS_top_torque_measured] = memory[SEEN_TORQUE];
     value[DS_top_speed_measured] = memory[SEEN_TOP];

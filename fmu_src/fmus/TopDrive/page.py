@@ -40,9 +40,10 @@ The motor gives
 
 $$ T_{\text{min}} \le T_m \le \min(T_{\text{max}}, \frac{N}{|\Omega|}), $$ cures 12
 
-with the power $N$ (`power_max`). In mode speed, where the rotor is left out, the string must not ask for more than the
-motor gives: the speed is held where the next torque will be at the limit, as the torque $\tau$ grows by
-$1 / (1 / c_a + 1 / Z)$ times a speed. `limit_active` tells of both.
+with the power $N$ (`power_max`). In mode speed it gives the torque $\tau$ that the string takes, and the rotor is left
+out as long as it can. A string that takes more slows the rotor down by (cures 10), and the drive sets out anew from the
+speed that it has then; one that would have to be braked turns the rotor faster, which at its least torque falls back to
+the speed that is asked for. `limit_active` tells of both.
 """),
     ),
     (
@@ -62,7 +63,6 @@ takes $s$ to $48271 s$ modulo $2^{31} - 1$ and begins at `seed`. The same seed g
 LIMITS = phrases(
     "`torque_min` is 0: such a drive does not brake, and turns one way. Set it to the negative of `torque_max` for one "
     "that does both.",
-    "In mode speed the limit of torque holds at samples; what the wave that comes up adds in between is not held.",
     "A step must not hold more than a million samples, and `delay` not more than 64.",
 )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
 from typing import Any, Literal
 
 from fmu_src.fmus.TopDrive.interface import MODEL
@@ -38,7 +37,7 @@ class TopDrive(Law):
     def answer(self, memory: tuple[float, ...], values: list[Any]) -> None:
         """Answer with speed, torque and what the sensors show."""
         state = DriveState.of(memory)
-        values[self.at["Omega"]] = state.speed
+        values[self.at["Omega"]] = state.turning
         values[self.at["motor_torque_applied"]] = state.motor
         values[self.at["limit_active"]] = state.limited != 0.0
         values[self.at["Omega_measured"]] = state.seen_speed
@@ -73,5 +72,4 @@ class TopDrive(Law):
             delay=of("delay"),
             speed_noise=of("speed_noise"),
             torque_noise=of("torque_noise"),
-            admittance=1.0 / of("c_a") + 1.0 / sqrt(of("I") * of("G") * of("J")),
         )

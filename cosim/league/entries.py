@@ -1,0 +1,261 @@
+"""Read which laws are judged, and under which conditions, from a TOML file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TypeVar
+
+from cosim.errors import InputError, ScenarioError, suggestion
+from cosim.scenario.file import TomlTable
+from cosim.system.signals import Value
+
+LEAGUES = Path(__file__).resolve().parents[1] / "leagues"
+Entry = TypeVar("Entry")
+
+USUAL = LEAGUES / "field.toml"
+"""The league that comes with the package."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """Describe one law that is judged.
+
+    Attributes
+    ----------
+    name, title : str
+        Short, and for people.
+    fmu : str
+        A name, or the path of an .fmu file; empty for the drive alone.
+    parameters, drive : mapping of str to value
+        Parameters of the law, and of the drive it works with.
+    """
+
+    name: str
+    title: str
+    fmu: str = ""
+    parameters: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    drive: Mapping[str, Value] = field(default_factory=dict[str, Value])
+
+
+@dataclass(frozen=True)
+class Condition:
+    """State what laws are judged under.
+
+    Attributes
+    ----------
+    name, title : str
+        Short, and for people.
+    speed, weight : float
+        Rotation [rad/s] and weight on bit [N] asked for.
+    plant, drive : mapping of str to value
+        Parameters of the string, which the laws know, and of the drive, which they do not.
+    assumed : mapping of str to float
+        What laws take a parameter of the string for, as a multiple of what it is.
+    load_time : float
+        If positive, the law acts from the start, and the weight rises from zero meanwhile [s].
+    hard : bool
+        Some good laws are known to fail here.
+    """
+
+    name: str
+    title: str
+    speed: float
+    weight: float
+    plant: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    drive: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    assumed: Mapping[str, float] = field(default_factory=dict[str, float])
+    load_time: float = 0.0
+    hard: bool = False
+
+
+@dataclass(frozen=True)
+class Search:
+    """Make a quantity worse until a law fails.
+
+    Attributes
+    ----------
+    name, title : str
+        Short, and for people; the title says the unit.
+    condition : Condition
+        What all else is like.
+    vary : str
+        ``speed``, ``weight``, or a parameter of the drive as ``drive.<name>``.
+    values : tuple of float
+        From the easiest on.
+    """
+
+    name: str
+    title: str
+    condition: Condition
+    vary: str
+    values: tuple[float, ...]
+
+    def at(self, value: float) -> Condition:
+        """Return the condition with another value."""
+        if self.vary.startswith("drive."):
+            drive = {**self.condition.drive, self.vary.removeprefix("drive."): value}
+            return replace(self.condition, drive=drive)
+        return replace(self.condition, **{self.vary: value})
+
+
+@dataclass(frozen=True)
+class League:
+    """Hold laws, conditions, and how long each run is.
+
+    Attributes
+    ----------
+    title : str
+        For people.
+    settle, judge : float
+        How long stick-slip settles before a law is switched on, and how long it is judged then [s].
+    step_size : float
+        Communication step size [s].
+    laws, conditions, searches : tuple
+        In the order of the file.
+    folder : Path
+        Where relative paths of FMUs start from.
+    """
+
+    title: str
+    settle: float
+    judge: float
+    step_size: float
+    laws: tuple[Law, ...]
+    conditions: tuple[Condition, ...]
+    searches: tuple[Search, ...]
+    folder: Path
+
+    def only(self, laws: list[str], conditions: list[str]) -> League:
+        """Return the league with some laws and conditions only; all where none are named.
+
+        Raises
+        ------
+        ScenarioError
+            If there is none of a name.
+        """
+        chosen = _chosen("condition", {each.name: each for each in self.conditions}, conditions)
+        searches = () if conditions else self.searches
+        return replace(
+            self,
+            laws=_chosen("law", {each.name: each for each in self.laws}, laws),
+            conditions=chosen,
+            searches=searches,
+        )
+
+
+def load_league(path: Path = USUAL, more: list[Path] | None = None) -> League:
+    """Read a league.
+
+    Parameters
+    ----------
+    path : Path
+        A TOML file; by default the league that comes with the package.
+    more : list of Path, optional
+        FMUs that take part besides, with their start values, each under the name of its file.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be read, or holds what is not understood.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ScenarioError(f"{path}: cannot be read: {error}") from error
+    try:
+        league = _league(content, path.resolve().parent)
+    except InputError as error:
+        raise type(error)(f"{path.name}: {error}") from error
+    added = tuple(Law(each.stem, each.stem, str(each.resolve())) for each in more or ())
+    taken = {law.name for law in league.laws}
+    for law in added:
+        if law.name in taken:
+            raise ScenarioError(f"{law.fmu}: there is a law '{law.name}' already; expected another name")
+        taken.add(law.name)
+    return replace(league, laws=(*league.laws, *added))
+
+
+def _league(content: dict[str, object], folder: Path) -> League:
+    """Build a league from the whole file."""
+    keys = ("title", "settle", "judge", "step_size", "laws", "conditions", "searches")
+    table = TomlTable(content, "", keys)
+    laws, conditions, searches = (table.table(key) for key in keys[4:])
+    known = {name: _condition(name, value, conditions.path(name)) for name, value in conditions.items()}
+    league = League(
+        title=table.text("title", ""),
+        settle=_positive(table, "settle"),
+        judge=_positive(table, "judge"),
+        step_size=_positive(table, "step_size"),
+        laws=tuple(_law(name, value, laws.path(name)) for name, value in laws.items()),
+        conditions=tuple(known.values()),
+        searches=tuple(_search(name, value, searches.path(name), known) for name, value in searches.items()),
+        folder=folder,
+    )
+    if not league.laws or not league.conditions:
+        raise ScenarioError("expected at least one law and one condition")
+    return league
+
+
+def _positive(table: TomlTable, key: str) -> float:
+    """Take a number above zero."""
+    value = table.number(key)
+    if not value > 0.0:
+        raise ScenarioError(f"{table.path(key)} is {value:g}; expected a number > 0")
+    return value
+
+
+def _law(name: str, content: object, where: str) -> Law:
+    """Build a law from ``[laws.<name>]``."""
+    table = TomlTable(content, where, ("title", "fmu", "parameters", "drive"))
+    parameters, drive = (_levels(table.table(key)) for key in ("parameters", "drive"))
+    return Law(name, table.text("title", name), table.text("fmu", ""), parameters, drive)
+
+
+def _condition(name: str, content: object, where: str) -> Condition:
+    """Build a condition from ``[conditions.<name>]``."""
+    keys = ("title", "speed", "weight", "plant", "drive", "assumed", "load_time", "hard")
+    table = TomlTable(content, where, keys)
+    assumed = table.table("assumed")
+    return Condition(
+        name,
+        table.text("title", name),
+        table.number("speed"),
+        table.number("weight"),
+        _levels(table.table("plant")),
+        _levels(table.table("drive")),
+        {key: assumed.number(key) for key, _ in assumed.items()},
+        table.number("load_time", 0.0),
+        table.boolean("hard", default=False),
+    )
+
+
+def _search(name: str, content: object, where: str, conditions: Mapping[str, Condition]) -> Search:
+    """Build a search from ``[searches.<name>]``."""
+    table = TomlTable(content, where, ("title", "condition", "vary", "values"))
+    vary, condition = table.text("vary"), table.text("condition")
+    if vary not in ("speed", "weight") and not vary.startswith("drive."):
+        raise ScenarioError(f"{table.path('vary')} is '{vary}'; expected speed, weight or drive.<parameter>")
+    if condition not in conditions:
+        raise ScenarioError(f"{where}: there is no condition '{condition}'{suggestion(condition, conditions)}")
+    values: list[float] = []
+    for value in table.array("values"):
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ScenarioError(f"{table.path('values')} holds {value!r}; expected numbers")
+        values.append(float(value))
+    return Search(name, table.text("title", name), conditions[condition], vary, tuple(values))
+
+
+def _levels(table: TomlTable) -> dict[str, Value]:
+    """Take values by name."""
+    return {key: table.level(key) for key, _ in table.items()}
+
+
+def _chosen(what: str, entries: Mapping[str, Entry], names: list[str]) -> tuple[Entry, ...]:
+    """Return the entries of these names, all of them if there are none."""
+    for name in names:
+        if name not in entries:
+            raise ScenarioError(f"there is no {what} '{name}'{suggestion(name, entries)}")
+    return tuple(entry for name, entry in entries.items() if not names or name in names)

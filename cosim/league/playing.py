@@ -1,0 +1,158 @@
+"""Play a league: every law under every condition, on all processors, with the same numbers whatever their number."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Generator, Iterator, Mapping
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+
+from cosim.errors import RunError
+from cosim.league.entries import Condition, Law, League, Search
+from cosim.league.rig import Rig
+from cosim.league.score import Score, judge
+from cosim.run.options import RunOptions
+from cosim.run.simulation import run
+
+Progress = Callable[[str, float], None]
+"""Takes what has just been played, and which part of all is done, from 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Tell the end of a search.
+
+    Attributes
+    ----------
+    value : float or None
+        The last value it frees the string at; None if it fails at the easiest.
+    beyond : bool
+        It does so at all values that were tried.
+    """
+
+    value: float | None
+    beyond: bool
+
+
+@dataclass(frozen=True)
+class Standings:
+    """Hold what has come of a league.
+
+    Attributes
+    ----------
+    league : League
+        What was played.
+    scores : mapping of (str, str) to Score
+        By names of law and condition.
+    limits : mapping of (str, str) to Limit
+        By names of law and search.
+    """
+
+    league: League
+    scores: Mapping[tuple[str, str], Score]
+    limits: Mapping[tuple[str, str], Limit]
+
+    def ranked(self) -> tuple[Law, ...]:
+        """Return the laws: first those that free the string under most conditions, then those that do so sooner.
+
+        Laws without a switch come after the others, since they had no stick-slip to end.
+        No law is ranked by how fast the bit turns: one that makes up for the slip of the drive drills with another
+        speed at the top.
+        """
+        return tuple(sorted(self.league.laws, key=self._rank))
+
+    def _rank(self, law: Law) -> tuple[bool, int, float]:
+        scores = [self.scores[law.name, each.name] for each in self.league.conditions]
+        freed = [score.time_to_free for score in scores if score.free]
+        return not scores[0].switched, -len(freed), sum(freed) / len(freed) if freed else 0.0
+
+
+def play(league: League, workers: int = 0, progress: Progress | None = None) -> Standings:
+    """Play a league.
+
+    Parameters
+    ----------
+    league : League
+        The laws and conditions.
+    workers : int
+        Processes to use; 0: one for each processor there is; 1: this process alone.
+    progress : callable, optional
+        Called when something has been played.
+
+    Raises
+    ------
+    InputError
+        If a law cannot be connected, or something in the file does not exist. A run that fails is a score that says so.
+    """
+    games: list[tuple[Law, Condition | Search]] = [
+        (law, each) for law in league.laws for each in (*league.conditions, *league.searches)
+    ]
+    for law in league.laws:  # what is wrong with a law is told before anything is played
+        Rig(league, law, league.conditions[0])
+    scores: dict[tuple[str, str], Score] = {}
+    limits: dict[tuple[str, str], Limit] = {}
+    for number, (law, what, found) in enumerate(_played(league, games, workers), start=1):
+        if isinstance(found, Score):
+            scores[law.name, what.name] = found
+        else:
+            limits[law.name, what.name] = found
+        if progress is not None:
+            progress(f"{law.name}, {what.name}", number / len(games))
+    order = [(law.name, what.name) for law, what in games]
+    return Standings(
+        league,
+        {key: scores[key] for key in order if key in scores},
+        {key: limits[key] for key in order if key in limits},
+    )
+
+
+def _played(
+    league: League, games: list[tuple[Law, Condition | Search]], workers: int
+) -> Iterator[tuple[Law, Condition | Search, Score | Limit]]:
+    """Play games as processes are free, and give what has come of each."""
+    number = min(workers or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1, len(games))
+    if number <= 1:
+        for law, what in games:
+            yield law, what, _play(league, law, what)
+        return
+    with _pool(number) as pool:
+        waiting = {pool.submit(_play, league, law, what): (law, what) for law, what in games}
+        for done in as_completed(waiting):
+            yield (*waiting[done], done.result())
+
+
+@contextmanager
+def _pool(workers: int) -> Generator[Executor]:
+    """Start processes, and drop what waits for them if this one is interrupted."""
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _play(league: League, law: Law, what: Condition | Search) -> Score | Limit:
+    """Judge a law under a condition, or search for its limit."""
+    return score(league, law, what) if isinstance(what, Condition) else _limit(league, law, what)
+
+
+def score(league: League, law: Law, condition: Condition) -> Score:
+    """Judge a law under a condition; a run that fails is a score that says why."""
+    rig = Rig(league, law, condition)
+    try:
+        result = run(rig.scenario, RunOptions())
+    except RunError as error:
+        return Score(failure=str(error))
+    return judge(result, rig.engaged, rig.loaded, switched=rig.switched)
+
+
+def _limit(league: League, law: Law, search: Search) -> Limit:
+    """Go from value to value as long as the string is freed."""
+    last: float | None = None
+    for value in search.values:
+        if not score(league, law, search.at(value)).free:
+            return Limit(last, beyond=False)
+        last = value
+    return Limit(last, beyond=True)

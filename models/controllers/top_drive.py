@@ -71,7 +71,7 @@ class DriveState(NamedTuple):
     @classmethod
     def of(cls, flat: tuple[float, ...]) -> DriveState:
         """Return the state that was made flat."""
-        return cls(*flat[:12], flat[12:])
+        return cls._make((*flat[:12], flat[12:]))
 
     def flat(self) -> tuple[float, ...]:
         """Return the state as numbers, the queue at their end."""

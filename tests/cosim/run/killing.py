@@ -25,6 +25,7 @@ import xarray  # noqa: F401
 from cosim import RunOptions, load_scenario
 from cosim.run.job import Job
 from cosim.run.options import Streaming
+from cosim.run.report import commit
 from tests.cosim.run.jobs import go_on, outcome
 
 WAYS = {
@@ -104,6 +105,7 @@ def killed(job: Job, folder: Path, truth: Path, took: float, rng: random.Random,
 
 def kill(count: int, seed: int, place: Path) -> Killed:
     """Kill runs in all ways by turns, until so many have died."""
+    commit()  # asked for once, before processes are forked: a checkout may move on meanwhile
     rng, found, took = random.Random(seed), Killed(0, 0, []), dict[str, float]()
     names = list(WAYS)
     while found.kills < count:

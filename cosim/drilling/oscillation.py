@@ -209,10 +209,10 @@ def measure(result: Result, component: str = "plant") -> Measures | None:
     Returns
     -------
     Measures or None
-        None if the component lacks the outputs this is taken from.
+        None if the component lacks the outputs this is taken from, or the run ended before its first step was done.
     """
     recorded = [name for name in needed() if f"{component}.{name}" in result]
-    if not set(NEEDED) <= set(recorded):
+    if not set(NEEDED) <= set(recorded) or result.time.size < 2:
         return None
     bit = {name: np.asarray(result[f"{component}.{name}"], dtype=np.float64) for name in recorded}
     events = (bit[name] for name in ("last_stop_time", "last_release_time", "slip_count", "bit_stuck"))

@@ -192,7 +192,7 @@ class FmuSlave:
         """
         self._worst = max(self._worst, status)
         reason = self._journal.failure()
-        if function == "fmi2DoStep" and status == DISCARD and asks_to_end(self._call):
+        if function == "fmi2DoStep" and status == DISCARD and asks_to_end(self._call, self._description):
             return EndRequestError(self.name, self._time, reason, self._last_successful_time(size))
         return SlaveError(self.name, self._time, function, status_name(status), reason)
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from cosim.recording.record import Section, Slopes
+from cosim.system.description import Description
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
@@ -90,8 +91,15 @@ def get_one(call: Callable[..., object], kind: str, reference: int) -> Any:
     return bool(value.value) if kind == "Boolean" else value.value
 
 
-def asks_to_end(call: Callable[..., int]) -> bool:
+_NEVER_ENDS = "drillstring-cosim"
+"""Exporter whose FMUs never ask for the end; but in their python packaging, the library of pythonfmu says that of every
+step that is refused."""
+
+
+def asks_to_end(call: Callable[..., int], description: Description) -> bool:
     """Tell whether a step was discarded because the FMU wants no more of them (FMI 2.0.4, section 4.2.2)."""
+    if description.generation_tool.startswith(_NEVER_ENDS):
+        return False
     wanted = c_int()
     return call("GetBooleanStatus", TERMINATED, byref(wanted)) in ACCEPTED and bool(wanted.value)
 

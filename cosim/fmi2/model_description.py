@@ -62,6 +62,7 @@ def read_description(path: Path, *, validate: bool = True) -> Description:
         output_derivative_order=int(slave.maxOutputDerivativeOrder),
         provides_directional_derivative=slave.providesDirectionalDerivative,
         log_categories=tuple(str(category.name) for category in read.logCategories),
+        generation_tool=str(read.generationTool or ""),
         start_time=start_time,
         stop_time=stop_time,
         step_size=step_size,

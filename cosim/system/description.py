@@ -101,6 +101,8 @@ class Description:
         Of the default experiment, as far as there is one [s].
     tolerance : float, optional
         Relative, of the default experiment: for what the FMU integrates by itself.
+    generation_tool : str
+        What wrote the FMU, as far as it says.
     flaws : tuple of str
         What the file breaks of the standard that does not keep the FMU from running.
     archive_flaws : tuple of str
@@ -119,6 +121,7 @@ class Description:
     output_derivative_order: int = 0
     provides_directional_derivative: bool = False
     log_categories: tuple[str, ...] = ()
+    generation_tool: str = ""
     start_time: float | None = None
     stop_time: float | None = None
     step_size: float | None = None

@@ -221,7 +221,9 @@ class Instance:
 
     def wants_to_end(self, error: CallError) -> bool:
         """Return whether a step was discarded because the FMU asks for the simulation to end (FMI 2.0.4, 4.2.2)."""
-        return error.function == "DoStep" and error.status == DISCARD and asks_to_end(self.call)
+        return (
+            error.function == "DoStep" and error.status == DISCARD and asks_to_end(self.call, self._library.description)
+        )
 
     def get(self, variable: Variable) -> Value:
         """Return the value of one variable; CallError if that fails, ValueError for a null pointer as a String."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +17,20 @@ from cosim import (
     Connection,
     Constant,
     Method,
+    Ramp,
     Result,
+    RunOptions,
     Scenario,
     SlaveError,
     System,
     co_simulate,
+    load_scenario,
     simulate,
     stream,
 )
 from cosim.cli.app import app
 from cosim.errors import EndRequestError
+from cosim.run.job import Job, run_job
 from tests.cosim.fakes import FakeSlave, describe
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_leftovers")]
@@ -220,3 +225,26 @@ def test_one_that_nothing_depends_on_and_cannot_go_back_ends_a_run_with_a_tolera
     result = co_simulate(system, {"source": source, "sink": sink}, stop_time=1.0, step_size=0.25, method=method)
     assert result.record["ended"]["component"] == "sink"
     assert result.time[-1] == 0.5
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+def test_a_step_that_an_fmu_of_this_project_refuses_ends_no_run_normally(isolate: bool) -> None:
+    """The library of pythonfmu says of every step that is refused that the FMU wants no more of them."""
+    scenario = load_scenario("stick-slip")
+    inputs = {**scenario.system.inputs, "plant.WOB": Ramp(97347.0, -1e4, 1.0, 1.0)}
+    ending = replace(scenario, system=replace(scenario.system, inputs=inputs), stop_time=3.0)
+    with pytest.raises(SlaveError, match="WOB is -") as refused:
+        simulate(ending, packaging="python", isolate=isolate)
+    assert not isinstance(refused.value, EndRequestError)
+
+
+def test_a_run_that_ends_in_its_first_step_has_no_measures_and_no_traceback(probe: Path, tmp_path: Path) -> None:
+    system = System(
+        (Component("plant", "DrillstringNeutral"), Component("ending", probe, {"fail_at": 0.005})),
+        (),
+        {"plant.Omega": Constant(10.0), "plant.WOB": Constant(97347.0), "ending.u": Constant(0.0)},
+    )
+    job = Job(Scenario("test", system, 1.0, 0.01), RunOptions())
+    manifest = run_job(job, tmp_path / "run", lambda label, part: None)
+    assert manifest.variants[0].run.coupling.ended is not None
+    assert manifest.variants[0].findings.measures is None

@@ -23,7 +23,7 @@ from cosim.master.run import Progress
 from cosim.recording.result import Result
 from cosim.run.assembly import refuse_unfit_variants
 from cosim.run.checkpoint import CHECKPOINT
-from cosim.run.options import RunOptions, Streaming
+from cosim.run.options import RunOptions, Streaming, WrittenOptions
 from cosim.run.report import (
     MANIFEST,
     Manifest,
@@ -108,7 +108,7 @@ class _Plan:
     """A job as a manifest tells it, before its scenario is loaded."""
 
     source: str
-    choices: RunOptions
+    choices: WrittenOptions
     variants: list[str]
     labels: list[str]
     streaming: Streaming
@@ -136,7 +136,7 @@ class _Plan:
     def opened(self) -> Generator[Job]:
         """Load the scenario for as long as it is needed."""
         with opened_scenario(self.source, self.choices.stop_time, self.choices.step_size) as scenario:
-            job = Job(scenario, self.choices, tuple(self.variants), self.streaming, self.source)
+            job = Job(scenario, RunOptions.of(self.choices), tuple(self.variants), self.streaming, self.source)
             if list(job.labels) != self.labels:
                 told = f"its variants are {', '.join(job.labels)} now; expected {', '.join(self.labels)}"
                 raise CheckpointError(f"{self.source} is another scenario than the one that was begun: {told}")

@@ -39,7 +39,23 @@ _WRITTEN = "written"
 
 
 @dataclass(frozen=True)
-class RunOptions:
+class WrittenOptions:
+    """Hold those options of a run that can be written down, and read back to go on with it: see `RunOptions`."""
+
+    packaging: str = "native"
+    algorithm: str | None = None
+    tolerance: float | None = None
+    on_failure: str | None = None
+    step_size: float | None = None
+    stop_time: float | None = None
+    overrides: Mapping[str, Value] | None = None
+    variant: str | None = None
+    isolate: bool | str | Sequence[str] | Set[str] = False
+    limits: Limits | None = None
+
+
+@dataclass(frozen=True)
+class RunOptions(WrittenOptions):
     """Options of a run; None leaves the scenario's own.
 
     Parameters
@@ -69,16 +85,6 @@ class RunOptions:
         In addition to the scenario's; each replaces what else drives its target.
     """
 
-    packaging: str = "native"
-    algorithm: str | None = None
-    tolerance: float | None = None
-    on_failure: str | None = None
-    step_size: float | None = None
-    stop_time: float | None = None
-    overrides: Mapping[str, Value] | None = None
-    variant: str | None = None
-    isolate: bool | str | Sequence[str] | Set[str] = False
-    limits: Limits | None = None
     components: Mapping[str, Function] | None = None
     connections: Collection[Connection] = ()
 
@@ -129,7 +135,13 @@ class RunOptions:
             for name, value in content["overrides"].items()
         }
         given: dict[str, Any] = {**content, "limits": Limits(**limits) if limits else None, "overrides": overrides}
-        return cls(**given)
+        return cls.of(WrittenOptions(**given))
+
+    @classmethod
+    def of(cls, written: WrittenOptions) -> RunOptions:
+        """Return the options that were written down."""
+        told: dict[str, Any] = vars(written)
+        return cls(**told)
 
 
 def chosen(options: RunOptions | None, keywords: OptionKeywords) -> RunOptions:

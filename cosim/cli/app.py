@@ -246,6 +246,7 @@ def league(
     with sentences():
         laws = [*(law or ()), *(path.stem for path in add or () if law)]
         chosen = load_league(file or USUAL, add).only(laws, condition or [])
+        table.prepare(output)
         with progress_bar() as bar:
             standings = play(chosen, workers, bar.one_task("playing"))
         print_standings(standings, table.write(standings, output))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeVar
 
 from cosim.errors import InputError, ScenarioError, suggestion
-from cosim.scenario.file import TomlTable
+from cosim.scenario.file import TomlTable, read_toml
 from cosim.system.signals import Value
 
 LEAGUES = Path(__file__).resolve().parents[1] / "leagues"
@@ -161,10 +160,7 @@ def load_league(path: Path = USUAL, more: list[Path] | None = None) -> League:
     ScenarioError
         If the file cannot be read, or holds what is not understood.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ScenarioError(f"{path}: cannot be read: {error}") from error
+    content = read_toml(path)
     try:
         league = _league(content, path.resolve().parent)
     except InputError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Generator, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
@@ -142,10 +143,22 @@ def score(league: League, law: Law, condition: Condition) -> Score:
     """Judge a law under a condition; a run that fails is a score that says why."""
     rig = Rig(league, law, condition)
     try:
-        result = run(rig.scenario, RunOptions())
+        with _unheard():
+            result = run(rig.scenario, RunOptions())
     except RunError as error:
         return Score(failure=str(error))
     return judge(result, rig.engaged, rig.loaded, switched=rig.switched)
+
+
+@contextmanager
+def _unheard() -> Generator[None]:
+    """Let hundreds of runs not warn, of breaks that are folded say, each by itself."""
+    before = logging.root.manager.disable
+    logging.disable(logging.WARNING)
+    try:
+        yield
+    finally:
+        logging.disable(before)
 
 
 def _limit(league: League, law: Law, search: Search) -> Limit:

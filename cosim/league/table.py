@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 from collections.abc import Iterable, Sequence
@@ -10,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from cosim.drilling.reporting import blank_figure
+from cosim.errors import OutputError
+from cosim.files import replace_file, why
 from cosim.league.playing import Limit, Standings
 from cosim.league.score import COLUMNS, Score
 from cosim.run.report import commit, versions
@@ -65,14 +68,35 @@ def explanations(standings: Standings) -> list[str]:
     return said
 
 
+def prepare(folder: Path) -> None:
+    """Make the folder that a league is written to.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"output folder {folder} cannot be made: {why(error)}") from None
+
+
 def write(standings: Standings, folder: Path) -> list[Path]:
-    """Write scores and limits as CSV, a figure, and what was played with what, into a folder; return the files."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write scores and limits as CSV, a figure, and what was played with what, into a folder; return the files.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be made.
+    OSError
+        If a file cannot be written.
+    """
+    prepare(folder)
     scores = [[*key, *standings.scores[key].record().values()] for key in standings.scores]
     limits = [[*key, each.value, each.beyond] for key, each in standings.limits.items()]
-    _write_rows(folder / SCORES, ["law", "condition", *COLUMNS], scores)
-    _write_rows(folder / LIMITS, ["law", "search", "value", "beyond"], limits)
-    _draw(standings).savefig(folder / FIGURE)
+    drawn = io.BytesIO()
+    _draw(standings).savefig(drawn, format="png")
     league = standings.league
     about = {
         "title": league.title,
@@ -84,8 +108,15 @@ def write(standings: Standings, folder: Path) -> list[Path]:
         "laws": {law.name: {"title": law.title, "fmu": law.fmu, **_plain(law.parameters)} for law in league.laws},
         "conditions": {each.name: each.title for each in league.conditions},
     }
-    (folder / ABOUT).write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
-    return [folder / name for name in (SCORES, LIMITS, FIGURE, ABOUT)]
+    content = {
+        SCORES: _rows(["law", "condition", *COLUMNS], scores),
+        LIMITS: _rows(["law", "search", "value", "beyond"], limits),
+        FIGURE: drawn.getvalue(),
+        ABOUT: (json.dumps(about, indent=2) + "\n").encode(),
+    }
+    for name, written in content.items():
+        replace_file(folder / name, written)
+    return [folder / name for name in content]
 
 
 def _plain(values: Any) -> dict[str, Any]:
@@ -93,12 +124,13 @@ def _plain(values: Any) -> dict[str, Any]:
     return {"parameters": dict(values)}
 
 
-def _write_rows(path: Path, head: Sequence[str], content: Iterable[Sequence[object]]) -> None:
-    """Write a CSV file; numbers to the last bit, nothing where there is no number."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(head)
-        writer.writerows([["" if _nothing(each) else each for each in row] for row in content])
+def _rows(head: Sequence[str], content: Iterable[Sequence[object]]) -> bytes:
+    """Return a CSV file; numbers to the last bit, nothing where there is no number."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows([["" if _nothing(each) else each for each in row] for row in content])
+    return text.getvalue().encode()
 
 
 def _nothing(value: object) -> bool:

@@ -74,14 +74,14 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
             hint = suggestion(str(name_or_path), scenario_names())
             hint = hint or "; a file name must end in .toml, .ssp or .ssd"
             raise ScenarioError(f"there is no scenario '{name_or_path}'{hint}")
-    content = _read_toml(path)
+    content = read_toml(path)
     try:
         return _scenario(content, path)
     except InputError as error:
         raise type(error)(f"{path.name}: {error}") from error
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> dict[str, Any]:
     """Read a file of TOML, whose integers have 64 bits, and which is nested as deep as Python can follow."""
     try:
         content = tomllib.loads(read_file(path, MOST_BYTES).decode("utf-8-sig"))

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import csv
+import logging
 import math
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from cosim.errors import InputError
+from cosim.errors import InputError, OutputError
 from cosim.league.entries import Condition, League, load_league
 from cosim.league.playing import play, score
 from cosim.league.rig import Rig
-from cosim.league.table import LIMITS, SCORES, headings, rows, write
+from cosim.league.table import LIMITS, SCORES, headings, prepare, rows, write
 
 USUAL = load_league()
 LEAST = """
@@ -127,3 +128,17 @@ def test_laws_and_conditions_that_are_not_there_are_named() -> None:
         USUAL.only(["soft-torqe"], [])
     with pytest.raises(InputError, match="there is no condition 'nominel'; did you mean 'nominal'"):
         USUAL.only([], ["nominel"])
+
+
+def test_a_folder_that_cannot_be_made_is_named_before_anything_is_played(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(OutputError, match=r"output folder .*taken cannot be made"):
+        prepare(tmp_path / "taken")
+
+
+def test_hundreds_of_runs_warn_of_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    league, condition = of("soft-torque", "noise")
+    score(replace(league, judge=25.0), league.laws[0], condition)
+    assert not caplog.records
+    logging.getLogger("cosim").warning("heard again")
+    assert len(caplog.records) == 1

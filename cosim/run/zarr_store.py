@@ -9,6 +9,7 @@ import json
 import uuid
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -127,9 +128,7 @@ class ZarrStore:
             self._write(self._axes, durable=True)
             make_durable(self._path / name for name in self._passing)
             self._passing.clear()
-            for each in self._axes:
-                for column in each.index.columns:
-                    self._describe(column, each.rows)
+            self.describe(durable=False)
         return {each.name: each.rows for each in self._axes}
 
     def close(self, attributes: Mapping[str, Any]) -> None:
@@ -170,10 +169,14 @@ class ZarrStore:
                 self._passing.add(draft.name)
             draft.column.last[:] = [draft.candidate]
 
-    def _describe(self, column: ColumnIndex, rows: int) -> None:
+    def describe(self, *, durable: bool = True) -> None:
         """Tell readers that know no index how many rows there are."""
-        document = text_of(layout.array_document(column, rows))
-        replace_file(self._path / column.folder / layout.ARRAY, document, durable=False)
+        columns = [(column, each.rows) for each in self._axes for column in each.index.columns]
+        arrays = [(self._path / column.folder / layout.ARRAY, column, rows) for column, rows in columns]
+        for path, column, rows in arrays:
+            replace_file(path, text_of(layout.array_document(column, rows)), durable=False)
+        if durable:
+            make_durable(path for path, _, _ in arrays)
 
 
 def create_zarr(path: Path, columns: Mapping[int, Sequence[Column]], attributes: Mapping[str, Any]) -> ZarrStore:
@@ -240,14 +243,19 @@ def reopen_zarr(
             index = Index.read(path)
             _refuse_other_run(index, columns, proof)
             told = layout.check_descriptions(path, index)
+            whole = deepcopy(index)
             axes = [_reopened(path, each, position[axis(each.stride)]) for each in index.axes]
         except DamagedStoreError as error:
             raise OutputError(f"{path}: {error}; expected what was written") from error
-        index.closed = False
+        store = ZarrStore(path, index, axes, told)
+        # at any moment an array must be no longer than the index says: so it is cut first
+        whole.closed = index.closed = False
+        whole.write(path)
+        store.describe()
         index.write(path)
         with suppress(FileNotFoundError):
             (path / layout.GATHERED).unlink()  # it tells the lengths of before
-    return ZarrStore(path, index, axes, told)
+    return store
 
 
 def _refuse_other_run(index: Index, columns: Mapping[int, Sequence[Column]] | None, proof: Mapping[str, str]) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import tempfile
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from hypothesis import strategies as st
 from cosim.errors import CheckpointError, InputError, OutputError
 from cosim.master.run import Snapshot
 from cosim.recording.result import Column, Rows
-from cosim.run import zarr_layout
+from cosim.run import zarr_layout, zarr_store
 from cosim.run.checkpoint import read_checkpoint, write_checkpoint
 from cosim.run.store import create_csv, csv_file, decimate, reopen_csv
 from cosim.run.zarr_store import create_zarr, reopen_zarr
@@ -133,6 +135,44 @@ def test_a_store_that_has_lost_rows_is_refused(tmp_path: Path) -> None:
     create_csv(tmp_path, columns).close({})
     with pytest.raises(OutputError, match=r"trajectory\.csv has less than 1000 bytes"):
         reopen_csv(tmp_path, columns, {"time": 1000}, {"time": ""})
+
+
+@pytest.mark.parametrize("operations", range(40))
+@pytest.mark.parametrize("complete", [False, True])
+def test_a_death_while_a_store_is_reopened_leaves_one_that_is_reopened_again(
+    complete: bool, operations: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Chunks were stored beyond the last checkpoint, so that the arrays are longer than what the index is cut to."""
+    monkeypatch.setattr(zarr_layout, "CHUNK", 16)
+    columns, path = decimate(COLUMNS, {}), tmp_path / "trajectory.zarr"
+    store = create_zarr(path, columns, {})
+    store.take(rows(0, 20))
+    position, proof = store.commit(), store.proof
+    store.take(rows(20, 150))
+    store.commit()
+    if complete:
+        store.close({})
+    left = operations
+    replace = zarr_store.replace_file
+
+    def dying(*arguments: Any, **keywords: Any) -> None:
+        nonlocal left
+        if left == 0:
+            raise KeyboardInterrupt
+        left -= 1
+        replace(*arguments, **keywords)
+
+    for module in (zarr_store, zarr_layout):
+        monkeypatch.setattr(module, "replace_file", dying)
+    with suppress(KeyboardInterrupt):
+        reopen_zarr(path, columns, position, proof)
+    left = 1000
+    store = reopen_zarr(path, columns, position, proof)
+    store.take(rows(20, ROWS))
+    store.commit()
+    store.close({})
+    with xr.open_zarr(path) as found:
+        np.testing.assert_array_equal(found["plant.speed"].values, VALUES["plant.speed"])
 
 
 def test_the_last_pattern_that_matches_holds() -> None:

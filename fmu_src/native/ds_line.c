@@ -26,7 +26,8 @@ void ds_line_fill(ds_line *line, ds_piece *ring, int blocks, double level, doubl
     const double square = coarseness * coarseness;
     const ds_piece piece = {0.0, 1.0, {level, 0.0, 0.0, 0.0, 0.0}, level * level};
     line->capacity = ds_line_capacity(blocks);
-    line->break_limit = (int)fmin(break_room(blocks), 1.0 + MOST_BREAKS * (coarseness * blocks));
+    const double most = fmax(DS_BLOCK * blocks, 1.0 + MOST_BREAKS * (coarseness * blocks));
+    line->break_limit = (int)fmin(break_room(blocks), most);
     for (int i = 0; i < line->capacity; ++i) {
         ring[i] = piece;
     }

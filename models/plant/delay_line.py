@@ -27,8 +27,8 @@ LEAST_BREAKS = 256
 """Breaks a queue can hold at least; on fine grids it holds one for each cell."""
 
 MOST_BREAKS = 12.5
-"""Of these it keeps at most so many in the time of a block of the default grid, however short its own blocks are: each
-is work at both ends, over and over."""
+"""Of these, a queue with more breaks than cells keeps at most so many in the time of a block of the default grid: in a
+short string each comes to both ends over and over."""
 
 DOUBLINGS = 40
 """A queue full of breaks keeps only those stronger than the negligible times 2^DOUBLINGS."""
@@ -77,7 +77,8 @@ class DelayLine:
         square = coarseness * coarseness
         self.negligible = min(max(NEGLIGIBLE * (square * square), LEAST_NEGLIGIBLE), MOST_NEGLIGIBLE)
         room = max(BLOCK * blocks, LEAST_BREAKS)
-        self.break_limit = int(min(float(room), 1.0 + MOST_BREAKS * (coarseness * blocks)))
+        most = max(float(BLOCK * blocks), 1.0 + MOST_BREAKS * (coarseness * blocks))
+        self.break_limit = int(min(float(room), most))
         empty: Piece = (0.0, 1.0, (level, 0.0, 0.0, 0.0, 0.0), level * level)
         self.pieces = [empty] * (blocks + 2 + room)
         self.first = 0

@@ -178,14 +178,6 @@ def test_once_per_process_is_respected(make_probe: Callable[..., Path]) -> None:
         simulate(scenario(make_probe(replace=once), names=("first", "second")))
 
 
-def test_units_that_differ_by_a_factor_are_refused(probe: Path) -> None:
-    connections = (Connection("probe.u_seen", "probe.v"),)
-    with pytest.raises(
-        SystemDefinitionError, match=r"probe\.u_seen -> probe\.v: the source is in rad/s .*expected rpm"
-    ):
-        simulate(scenario(probe, connections=connections))
-
-
 def test_a_file_that_is_not_an_fmu_is_refused_by_name(tmp_path: Path) -> None:
     text = tmp_path / "text.fmu"
     text.write_text("not a zip archive")

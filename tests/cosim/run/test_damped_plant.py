@@ -35,7 +35,8 @@ def test_without_damping_every_scenario_has_the_same_bits(name):
     scenario = load_scenario(name)
     for variant in [variant.name for variant in scenario.variants] or [None]:
         neutral = simulate(scenario, variant=variant, stop_time=12.0)
-        damped = simulate(with_damped_plant(scenario), variant=variant, stop_time=12.0)
+        # stations would divide some strings into more blocks
+        damped = simulate(with_damped_plant(scenario, stations=0), variant=variant, stop_time=12.0)
         for signal in ("bit_speed", "top_speed", "bit_torque", "top_torque", "energy", "slip_count"):
             assert damped[f"plant.{signal}"].tobytes() == neutral[f"plant.{signal}"].tobytes(), signal
 

@@ -40,7 +40,17 @@ from cosim.system.method import Method
 from cosim.system.signals import Signal
 
 SCHEMAS = importlib.resources.files("fmpy") / "ssp" / "schema"
-LOADED = [load_scenario(name) for name in scenario_names()]
+
+
+def is_switched(scenario: Scenario) -> bool:
+    """Tell whether something is switched on or off in it, for which there is no room in a system description."""
+    signals = scenario.system.inputs.values()
+    return any(isinstance(signal, Step) and isinstance(signal.before, bool) for signal in signals)
+
+
+ALL = [load_scenario(name) for name in scenario_names()]
+LOADED = [scenario for scenario in ALL if not is_switched(scenario)]
+SWITCHED = [scenario for scenario in ALL if is_switched(scenario)]
 RUNS = [(scenario.name, variant.name) for scenario in LOADED for variant in scenario.variants]
 RUNS += [(scenario.name, None) for scenario in LOADED if not scenario.variants]
 SHORT = 6.0
@@ -79,6 +89,13 @@ def driven(inputs: dict[str, Signal], **settings: object) -> Scenario:
     """A plant under signals."""
     system = System((Component("plant", "DrillstringNeutral"),), inputs=inputs)
     return Scenario("driven", system, 4.0, 0.01, **settings)
+
+
+@pytest.mark.parametrize("scenario", SWITCHED, ids=lambda scenario: scenario.name)
+def test_what_is_switched_on_during_a_run_is_refused_by_name(scenario: Scenario, tmp_path: Path) -> None:
+    variant = scenario.variants[0].name if scenario.variants else None
+    with pytest.raises(SspError, match=r"law\.enabled is driven by a step; SSP can hold"):
+        export_ssp(scenario, tmp_path / "written.ssp", variant=variant)
 
 
 @pytest.mark.parametrize(("name", "variant"), RUNS)

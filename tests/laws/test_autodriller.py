@@ -10,6 +10,8 @@ import pytest
 from tests.laws.rig import STEP, WEIGHT, Outcome, run
 from tests.plant.drive import Drive
 
+pytestmark = pytest.mark.slow
+
 PACKAGINGS = ("native", "python")
 STIFFNESS, DRILLABILITY, THRESHOLD = 5.98e5, 4.85e-9, 5000.0
 HOUR = 3600.0

@@ -12,6 +12,8 @@ import pytest
 from tests.plant.drive import DAMPED, PLANT, Drive
 from tests.plant.programs import PAPER
 
+pytestmark = pytest.mark.slow
+
 AWAY, Z = PAPER.travel_time, PAPER.impedance
 STOP = 40.0
 

@@ -12,6 +12,8 @@ from tests.laws.rig import STEP, run
 from tests.plant.drive import Drive
 from tests.plant.fmi import OK, Instance, must
 
+pytestmark = pytest.mark.slow
+
 PACKAGINGS = ("native", "python")
 TRANSPORT = 1172.0 / 1200.0
 

@@ -17,6 +17,8 @@ from tests.plant.drive import PLANT, Drive
 from tests.plant.programs import PAPER
 from tests.plant.theory import torque_on_bit
 
+pytestmark = pytest.mark.slow
+
 PHASES = (0.0, 0.8, 1.6, 2.4)
 """Of a cycle of 3.2 s [s]."""
 MODES = {"soft_torque": (1, 20.0), "z_torque": (2, 30.0)}

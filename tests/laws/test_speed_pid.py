@@ -13,6 +13,8 @@ from models.controllers.virtual_drive import TopOfString
 from tests.laws.rig import STEP, engaged_on_a_rotor
 from tests.plant.drive import Drive
 
+pytestmark = pytest.mark.slow
+
 PHASES = (0.0, 0.8, 1.6, 2.4)
 """Of a cycle of 3.2 s [s]."""
 LONG = {"3000 m": {"L": 3000.0}, "5000 m": {"L": 5000.0, "WOB": 80000.0}}

@@ -8,6 +8,8 @@ import pytest
 from tests.laws.rig import STEP, WEIGHT, engaged_behind_a_drive
 from tests.plant.drive import PLANT, Drive
 
+pytestmark = pytest.mark.slow
+
 NOISE = {"speed_noise": 0.05, "torque_noise": 150.0}
 SECONDS = 600.0
 

@@ -11,6 +11,8 @@ from tests.laws.rig import engaged, engaged_behind_a_drive
 from tests.plant.drive import Drive
 from tests.plant.fmi import DISCARD
 
+pytestmark = pytest.mark.slow
+
 PHASES = (0.0, 0.8, 1.6, 2.4)
 """Of a cycle of 3.2 s [s]."""
 STEADY = {8.0: 4.160, 9.0: 5.1925, 10.0: 6.2052}

@@ -14,6 +14,8 @@ from tests.laws.rig import engaged_behind_a_drive
 from tests.plant.drive import PLANT, Drive
 from tests.plant.fmi import DISCARD, OK, Instance, must
 
+pytestmark = pytest.mark.slow
+
 PHASES = (0.0, 0.8, 1.6, 2.4)
 """Of a cycle of 3.2 s [s]."""
 NOISE = {"speed_noise": 0.05, "torque_noise": 150.0}

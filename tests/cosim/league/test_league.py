@@ -16,6 +16,8 @@ from cosim.league.playing import play, score
 from cosim.league.rig import Rig
 from cosim.league.table import LIMITS, SCORES, headings, prepare, rows, write
 
+pytestmark = pytest.mark.slow
+
 USUAL = load_league()
 LEAST = """
 settle = 60.0

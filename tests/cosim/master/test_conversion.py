@@ -163,6 +163,7 @@ def only(system: System, slaves: Mapping[str, FakeSlave]) -> dict[str, FakeSlave
 
 @pytest.mark.parametrize("interpolates", [False, True])
 @pytest.mark.parametrize("tolerance", [None, 1e-4])
+@pytest.mark.slow
 def test_a_loop_is_closed_through_a_factor_as_through_a_gain(tolerance: float | None, interpolates: bool) -> None:
     method = Method("implicit", tolerance=tolerance, iteration_tolerance=1e-12)
     size = {"stop_time": 2.0, "step_size": 0.02, "method": method}

@@ -41,6 +41,7 @@ def test_without_damping_every_scenario_has_the_same_bits(name):
             assert damped[f"plant.{signal}"].tobytes() == neutral[f"plant.{signal}"].tobytes(), signal
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NEUTRAL if name != "dissipative-law"])
 def test_with_damping_every_scenario_runs_and_turns_slower(name):
     scenario = load_scenario(name)

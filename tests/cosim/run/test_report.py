@@ -34,6 +34,7 @@ def content(folder: Path) -> dict[str, Any]:
     return json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_a_report_tells_all_that_a_record_does_and_nothing_else(way: str) -> None:
     record = simulate(load_scenario("dissipative-law"), options=WAYS[way]).record
@@ -44,6 +45,7 @@ def test_a_report_tells_all_that_a_record_does_and_nothing_else(way: str) -> Non
     assert report.isolated == (["plant"] if way == "isolated" else [])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["explicit with a tolerance", "unsolved"])
 def test_a_manifest_read_back_is_written_to_the_same_bytes(way: str, tmp_path: Path) -> None:
     job = Job(load_scenario("dissipative-law"), replace(WAYS[way], variant=None), streaming=Streaming())

@@ -126,6 +126,25 @@ def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequenc
     OSError
         If the file cannot be written.
     """
+    shortened = {printable(name)[:_LONGEST_NAME]: result for name, result in results.items()}
+    save_figure(path, lambda: _compose(printable(title)[:_LONGEST_TITLE], shortened, signals))
+
+
+def save_figure(path: Path, compose: Callable[[], Any]) -> None:
+    """Write a figure into a PNG file, which replaces one that is there when it is complete.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    compose : callable
+        Makes the figure, whose texts are drawn as they stand.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
     import matplotlib
 
     rc_context = cast(Any, matplotlib).rc_context
@@ -133,8 +152,7 @@ def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequenc
     # What is written is from files, and so no mathematics; and a font lacks some letters of all there are.
     with rc_context({"text.parse_math": False, "text.usetex": False}), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        shortened = {printable(name)[:_LONGEST_NAME]: result for name, result in results.items()}
-        _compose(printable(title)[:_LONGEST_TITLE], shortened, signals).savefig(drawn)
+        compose().savefig(drawn)
     replace_file(path, drawn.getvalue())
 
 

@@ -113,7 +113,7 @@ def _played(
     league: League, games: list[tuple[Law, Condition | Search]], workers: int
 ) -> Iterator[tuple[Law, Condition | Search, Score | Limit]]:
     """Play games as processes are free, and give what has come of each."""
-    number = min(workers or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1, len(games))
+    number = min(workers or os.cpu_count() or 1, len(games))
     if number <= 1:
         for law, what in games:
             yield law, what, _play(league, law, what)

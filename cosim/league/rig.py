@@ -99,35 +99,29 @@ class Rig:
             "speed_initial": condition.speed, "speed_final": condition.speed, "WOB_initial": first,
             "WOB_final": condition.weight, "WOB_start": self.engaged, "WOB_duration": condition.load_time,
         }  # fmt: skip
-        string = dict(condition.plant)
-        known = {"program": self._known(PROGRAM, string), "drive": self._known(DRIVE, string)}
+        program |= _shared(read_description(locate_fmu(PROGRAM, "native")), condition.plant)
         components = [
-            Component("program", PROGRAM, {**known["program"], **program}),
-            Component("drive", DRIVE, {**known["drive"], **condition.drive, **law.drive}),
-            Component("plant", PLANT, string),
+            Component("program", PROGRAM, program),
+            Component("drive", DRIVE, {**condition.drive, **law.drive}),
+            Component("plant", PLANT, condition.plant),
         ]
         if described is not None:
-            taken = {v.name for v in described.variables if v.causality == "parameter"}
-            assumed = self._assumed(taken)
-            components.append(Component("law", law.fmu, {**assumed, **law.parameters}))
+            known = _shared(described, {**condition.plant, **self._assumed()})
+            components.append(Component("law", law.fmu, {**known, **law.parameters}))
         return components
 
-    def _known(self, fmu: str, string: Mapping[str, Value]) -> dict[str, Value]:
-        """Return the parameters of the string that another FMU has too."""
-        described = read_description(locate_fmu(fmu, "native"))
-        return {v.name: string[v.name] for v in described.variables if v.name in string and v.causality == "parameter"}
-
-    def _assumed(self, taken: set[str]) -> dict[str, Value]:
-        """Return what the law takes the parameters of the string for."""
+    def _assumed(self) -> dict[str, Value]:
+        """Return what laws take parameters of the string for that they are mistaken about."""
         condition = self._condition
+        if not condition.assumed:
+            return {}
         starts = {v.name: v.start_value for v in read_description(locate_fmu(PLANT, "native")).variables}
-        assumed: dict[str, Value] = {name: value for name, value in condition.plant.items() if name in taken}
+        assumed: dict[str, Value] = {}
         for name, multiple in condition.assumed.items():
             value = condition.plant.get(name, starts.get(name))
             if not isinstance(value, int | float):
                 raise ScenarioError(f"conditions.{condition.name}.assumed: the string has no number '{name}'")
-            if name in taken:
-                assumed[name] = multiple * value
+            assumed[name] = multiple * value
         return assumed
 
     def _connections(self, described: Description | None) -> dict[str, str]:
@@ -159,3 +153,8 @@ class Rig:
             return {}
         before = self.loaded is not None
         return {f"law.{ENABLED}": Step(before, True, self.engaged)}
+
+
+def _shared(described: Description, string: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the parameters of the string that another FMU has too."""
+    return {v.name: string[v.name] for v in described.variables if v.name in string and v.causality == "parameter"}

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from cosim.drilling.reporting import blank_figure
-from cosim.errors import OutputError
+from cosim.drilling.reporting import blank_figure, save_figure
+from cosim.errors import OutputError, printable
 from cosim.files import replace_file, why
 from cosim.league.playing import Limit, Standings
 from cosim.league.score import COLUMNS, Score
@@ -95,8 +95,6 @@ def write(standings: Standings, folder: Path) -> list[Path]:
     prepare(folder)
     scores = [[*key, *standings.scores[key].record().values()] for key in standings.scores]
     limits = [[*key, each.value, each.beyond] for key, each in standings.limits.items()]
-    drawn = io.BytesIO()
-    _draw(standings).savefig(drawn, format="png")
     league = standings.league
     about = {
         "title": league.title,
@@ -105,23 +103,20 @@ def write(standings: Standings, folder: Path) -> list[Path]:
         "settle": league.settle,
         "judge": league.judge,
         "step_size": league.step_size,
-        "laws": {law.name: {"title": law.title, "fmu": law.fmu, **_plain(law.parameters)} for law in league.laws},
+        "laws": {
+            law.name: {"title": law.title, "fmu": law.fmu, "parameters": dict(law.parameters)} for law in league.laws
+        },
         "conditions": {each.name: each.title for each in league.conditions},
     }
     content = {
         SCORES: _rows(["law", "condition", *COLUMNS], scores),
         LIMITS: _rows(["law", "search", "value", "beyond"], limits),
-        FIGURE: drawn.getvalue(),
         ABOUT: (json.dumps(about, indent=2) + "\n").encode(),
     }
     for name, written in content.items():
         replace_file(folder / name, written)
-    return [folder / name for name in content]
-
-
-def _plain(values: Any) -> dict[str, Any]:
-    """Return parameters as JSON holds them."""
-    return {"parameters": dict(values)}
+    save_figure(folder / FIGURE, lambda: _compose(standings))
+    return [folder / name for name in (*content, FIGURE)]
 
 
 def _rows(head: Sequence[str], content: Iterable[Sequence[object]]) -> bytes:
@@ -138,7 +133,7 @@ def _nothing(value: object) -> bool:
     return value is None or (isinstance(value, float) and math.isnan(value))
 
 
-def _draw(standings: Standings) -> Any:
+def _compose(standings: Standings) -> Any:
     """Draw the laws over the conditions, each field with its time and its SSI."""
     league, laws = standings.league, standings.ranked()
     count = len(league.conditions)
@@ -153,17 +148,12 @@ def _draw(standings: Standings) -> Any:
             panel.text(column, row, text, ha="center", va="center", fontsize=7)
     panel.set_xlim(-0.5, count - 0.5)
     panel.set_ylim(len(laws) - 0.5, -0.5)
-    panel.set_xticks(range(count), [_wrapped(each.title) for each in league.conditions], fontsize=7)
-    panel.set_yticks(range(len(laws)), [law.name for law in laws], fontsize=8)
+    panel.set_xticks(range(count), [printable(each.title) for each in league.conditions], fontsize=7)
+    panel.set_yticks(range(len(laws)), [printable(law.name) for law in laws], fontsize=8)
     panel.tick_params(length=0, labelbottom=False, labeltop=True)
     for label in panel.get_xticklabels():
         label.set_rotation(40)
         label.set_horizontalalignment("left")
     panel.spines[:].set_visible(False)
-    figure.suptitle(league.title, fontsize=11, x=0.01, ha="left", parse_math=False)
+    figure.suptitle(printable(league.title), fontsize=11, x=0.01, ha="left")
     return figure
-
-
-def _wrapped(title: str) -> str:
-    """Return a title that matplotlib takes for no mathematics."""
-    return title.replace("$", r"\$")

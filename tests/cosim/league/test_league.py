@@ -14,7 +14,7 @@ from cosim.errors import InputError, OutputError
 from cosim.league.entries import Condition, League, load_league
 from cosim.league.playing import play, score
 from cosim.league.rig import Rig
-from cosim.league.table import LIMITS, SCORES, headings, prepare, rows, write
+from cosim.league.table import FIGURE, LIMITS, SCORES, headings, prepare, rows, write
 
 pytestmark = pytest.mark.slow
 
@@ -144,3 +144,11 @@ def test_hundreds_of_runs_warn_of_nothing(caplog: pytest.LogCaptureFixture) -> N
     assert not caplog.records
     logging.getLogger("cosim").warning("heard again")
     assert len(caplog.records) == 1
+
+
+def test_names_and_titles_are_drawn_as_they_stand(tmp_path: Path) -> None:
+    league = USUAL.only(["ordinary"], ["nominal"])
+    law, condition = replace(league.laws[0], name="a $x_{$ b"), replace(league.conditions[0], title="$\\frac{")
+    strange = replace(league, title="\x1b[2J $", settle=20.0, judge=25.0, laws=(law,), conditions=(condition,))
+    write(play(strange, 1), tmp_path)
+    assert (tmp_path / FIGURE).read_bytes().startswith(b"\x89PNG")

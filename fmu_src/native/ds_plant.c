@@ -42,8 +42,8 @@ int ds_plant_affords(const ds_parameters *parameters, double beta, int blocks, i
         return 1;
     }
     snprintf(journal->reason, sizeof journal->reason,
-             "a second takes %.4g times the work of the start values; expected at most 50: set %s", times,
-             ds_work_remedy(&work));
+             "a second takes %.4g times the work of the start values; expected at most %g: set %s", times,
+             DS_MOST_TIMES, ds_work_remedy(&work));
     return 0;
 }
 

@@ -52,4 +52,6 @@ def refusal(parameters: DrillstringParameters, blocks: int, asked: int) -> str |
         remedy = "a lower beta or a shorter L"
     else:
         remedy = "fewer cells or a shorter L" if damped else "fewer cells or a longer L"
-    return f"a second takes {times:.4g} times the work of the start values; expected at most 50: set {remedy}"
+    return (
+        f"a second takes {times:.4g} times the work of the start values; expected at most {MOST_TIMES:g}: set {remedy}"
+    )

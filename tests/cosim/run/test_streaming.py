@@ -118,28 +118,37 @@ def command(*arguments: str) -> list[str]:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_run_killed_at_random_moments_is_resumed_with_the_same_bits(seed: int, tmp_path: Path) -> None:
     moments = random.Random(seed)
-    choices = ("--stop-time", "400", "--step-size", "0.001")
-    begin = command("run", "wob-law", "--stream", "--checkpoint", "0.05", *choices, "--output", str(tmp_path / "run"))
+    folder, choices = tmp_path / "run", ("--stop-time", "400", "--step-size", "0.001")
+    arguments = command("run", "wob-law", "--stream", "--checkpoint", "0.05", *choices, "--output", str(folder))
     kills = 0
-    for arguments in (begin, *[command("resume", str(tmp_path / "run"))] * 20):
+    while True:
         process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        wait_for(process, tmp_path / "run" / "checkpoint.npz")
         if kills < 4:
-            time.sleep(moments.uniform(0.0, 1.0))
+            wait_until_written(process, folder / "checkpoint.npz")
+            time.sleep(moments.uniform(0.0, 0.15))
             process.kill()
         _, errors = process.communicate()
-        if process.returncode == 0:
-            break
+        if not (folder / "checkpoint.npz").exists():
+            break  # it had come to its end, whether or not its figure was drawn before it died
         assert process.returncode == -signal.SIGKILL, errors
         kills += 1
+        arguments = command("resume", str(folder))
     assert kills
-    assert_same_bits(tmp_path / "run", simulate(load_scenario("wob-law"), stop_time=400.0, step_size=0.001))
+    assert_same_bits(folder, simulate(load_scenario("wob-law"), stop_time=400.0, step_size=0.001))
 
 
-def wait_for(process: subprocess.Popen[bytes], path: Path) -> None:
-    """Wait until there is something to kill."""
-    while process.poll() is None and not path.exists():
-        time.sleep(0.01)
+def wait_until_written(process: subprocess.Popen[Any], path: Path) -> None:
+    """Wait until the process itself has written a file, which may be there from one before it."""
+    before = written_at(path)
+    while process.poll() is None and written_at(path) in (None, before):
+        time.sleep(0.002)
+
+
+def written_at(path: Path) -> int | None:
+    try:
+        return path.stat().st_mtime_ns
+    except FileNotFoundError:
+        return None
 
 
 def test_what_a_killed_run_has_left_can_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -276,7 +285,7 @@ def test_the_command_line_says_how_to_resume_and_does(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     begin = command("run", "dissipative-law", "--stream", "--step-size", "0.0002", "--output", str(folder))
     process = subprocess.Popen(begin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    wait_for(process, folder / "tracking" / "trajectory.zarr" / ".zattrs")  # type: ignore[arg-type]
+    wait_until_written(process, folder / "tracking" / "trajectory.zarr" / ".zattrs")
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate()
     assert process.returncode == 130

@@ -33,7 +33,7 @@ _NAMES = {
 
 
 class Looks(TypedDict, total=False):
-    """What of a view is no matter of drilling."""
+    """Looks of a view that are no matter of drilling."""
 
     begin: float
     end: float

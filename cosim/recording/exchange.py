@@ -33,7 +33,7 @@ _MOST_ROWS = 100
 
 
 class Trajectories(Protocol):
-    """What is handed on: a `cosim.recording.result.Result`."""
+    """Trajectories to hand on: those of a `cosim.recording.result.Result`."""
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -52,7 +52,7 @@ class Trajectories(Protocol):
 
     @property
     def record(self) -> Mapping[str, Any]:
-        """How the run was made."""
+        """Account of how the run was made."""
         ...
 
 

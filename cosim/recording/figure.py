@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from typing_extensions import TypeIs
 
 from cosim.errors import InputError, UnknownNameError, printable, suggestion
 from cosim.files import replace_file
-from cosim.recording.result import Result
+from cosim.recording.exchange import Trajectories
 from cosim.system.field_units import shown_in
 from cosim.system.signals import FloatArray
 
@@ -71,12 +72,15 @@ class View:
             )
         shown_in("", self.units)
 
-    def shown(self, result: Result) -> list[str]:
+    def shown(self, result: Trajectories) -> list[str]:
         """Return the signals to show of a result, all of them recorded."""
         for name in self.signals:
             if name not in result.columns:
                 raise UnknownNameError(f"'{name}' was not recorded{suggestion(name, result.columns)}")
-        return list(self.signals) or [name for name in result.names if result[name].dtype == np.float64][:MOST_PANELS]
+        return (
+            list(self.signals)
+            or [name for name, values in result.columns.items() if values.dtype == np.float64][:MOST_PANELS]
+        )
 
     def part(self, times: FloatArray) -> slice:
         """Return the rows between the times, with the rows next to them, so that lines reach the edges."""
@@ -84,7 +88,7 @@ class View:
         return slice(max(0, int(first) - 1), int(last) + 1)
 
 
-def plot(results: Result | Mapping[str, Result], view: View | None = None, title: str = "") -> Any:
+def plot(results: Trajectories | Mapping[str, Trajectories], view: View | None = None, title: str = "") -> Any:
     """Draw one result or several over time.
 
     Parameters
@@ -107,7 +111,7 @@ def plot(results: Result | Mapping[str, Result], view: View | None = None, title
         If a signal was not recorded, or there is nothing to show.
     """
     chosen = view or View()
-    named = {"": results} if isinstance(results, Result) else dict(results)
+    named = dict(results) if _are_several(results) else {"": results}
     if not named:
         raise InputError("there is nothing to draw; expected a result at least")
     shown = chosen.shown(next(iter(named.values())))
@@ -117,7 +121,12 @@ def plot(results: Result | Mapping[str, Result], view: View | None = None, title
         return _compose(printable(title)[:_LONGEST_TITLE], named, shown, chosen)
 
 
-def draw(path: Path, title: str, results: Mapping[str, Result], view: View) -> None:
+def _are_several(results: Trajectories | Mapping[str, Trajectories]) -> TypeIs[Mapping[str, Trajectories]]:
+    """Tell a mapping of results from one result, which is a mapping as well, of columns."""
+    return not hasattr(results, "columns")
+
+
+def draw(path: Path, title: str, results: Mapping[str, Trajectories], view: View) -> None:
     """Draw results into a file, PNG, SVG or PDF by its name, which replaces one that is there when it is complete.
 
     Raises
@@ -188,7 +197,7 @@ def blank_figure(width: float, height: float) -> Any:
     return figure
 
 
-def _compose(title: str, results: Mapping[str, Result], shown: Sequence[str], view: View) -> Any:
+def _compose(title: str, results: Mapping[str, Trajectories], shown: Sequence[str], view: View) -> Any:
     """Lay out the panels."""
     rows, columns = max(1, len(shown)), 1 if view.overlay else len(results)
     figure = blank_figure(max(7.2, 3.6 * columns), 0.9 + 2.3 * rows)
@@ -212,7 +221,7 @@ def _compose(title: str, results: Mapping[str, Result], shown: Sequence[str], vi
     return figure
 
 
-def _finish_row(panels: Sequence[Any], row: int, name: str, result: Result, view: View) -> None:
+def _finish_row(panels: Sequence[Any], row: int, name: str, result: Trajectories, view: View) -> None:
     """Label a row, and give all its panels the same look."""
     panels[0].set_ylabel(_label(name, result.units.get(name, ""), view))
     panels[0].set_title(f"{chr(ord('a') + row % 26)})", loc="left", fontsize=10, fontweight="bold")
@@ -225,10 +234,10 @@ def _finish_row(panels: Sequence[Any], row: int, name: str, result: Result, view
             panel.set_xlim(*bounds)
 
 
-def _draw_line(panel: Any, result: Result, name: str, view: View, line: tuple[str, str], label: str) -> None:
+def _draw_line(panel: Any, result: Trajectories, name: str, view: View, line: tuple[str, str], label: str) -> None:
     """Draw one trajectory; strings as they follow each other, each at a height of its own."""
     part = view.part(result.time)
-    times, values = result.time[part], result[name][part]
+    times, values = result.time[part], result.columns[name][part]
     if values.dtype != object:
         values = values * shown_in(result.units.get(name, ""), view.units)[1]
     colour, style = line

@@ -52,7 +52,17 @@ def open_run(folder: str | Path, variant: str | None = None) -> Result:
 
 
 def open_variants(folder: str | Path) -> dict[str, Result]:
-    """Open all variants of a run that was written to a folder, by name; see `open_run`.
+    """Open all variants of a run that was written to a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Of a finished run.
+
+    Returns
+    -------
+    dict of str to Result
+        By name of variant; by the scenario's, where it has none.
 
     Raises
     ------
@@ -131,8 +141,10 @@ def _of_csv(path: Path, types: Mapping[str, str]) -> tuple[NDArray[np.float64], 
         first = next(rows)
         kinds = [_type(cell, types.get(name)) for name, cell in zip(names, first, strict=True)]
         values = _numbers(text, kinds) if object not in kinds else _cells([first, *rows], kinds)
-    except (csv.Error, StopIteration, ValueError, OverflowError) as error:
-        raise InputError(f"{path} is not as it was written: {why(error) or 'rows are missing'}") from error
+    except StopIteration:
+        raise InputError(f"{path} is not as it was written: rows are missing") from None
+    except (csv.Error, ValueError, OverflowError) as error:
+        raise InputError(f"{path} is not as it was written: {why(error)}") from error
     if names[0] != "time" or len(set(names)) < len(names):
         raise InputError(f"{path} is not as it was written: its first column is '{names[0]}'; expected time")
     return values[0], dict(zip(names[1:], values[1:], strict=True))

@@ -403,7 +403,11 @@ class TomlTable:
     def seconds(self, key: str, default: float | None = None) -> float:
         """Take a time in s, or in a unit that it names, as ``"2 min"``."""
         value = self._get(key, default)
-        return in_unit(value, "s", self.path(key)) if isinstance(value, str) else self.number(key, default)
+        if not isinstance(value, str):
+            return self.number(key, default)
+        if quantity(value) is None:
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number, or one with a unit, as '2 min'")
+        return in_unit(value, "s", self.path(key))
 
     def boolean(self, key: str, *, default: bool) -> bool:
         """Take a Boolean."""

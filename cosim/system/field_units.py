@@ -88,7 +88,7 @@ def field_unit(name: str) -> Unit | None:
     return Unit(name, *_KNOWN[plain]) if plain in _KNOWN else None
 
 
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.+-].*?)\s*")
+_QUANTITY = re.compile(r"\s*((?>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*([^\s\d.+-].*?)\s*")
 """A number and a unit, as ``120 rpm``; no sign or digit begins a unit."""
 
 
@@ -222,7 +222,7 @@ def _units_of(unit: str, declared: Unit, what: str, value: str) -> tuple[Unit, U
         )
     if target is None:
         raise SystemDefinitionError(
-            f"{what} is {value}, and it is not known what {declared.name} is; expected a value in it, without a unit"
+            f"{what} is {value}, and it is not known what {declared.name} is; expected a value in it, alone"
         )
     if compare(source, target) is Match.DIFFERENT:
         raise SystemDefinitionError(f"{what} is {value}, in {describe(source)}; expected {describe(target)}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import inf
 
 from ..numerics.trigonometry import sine_and_cosine
-
 from .virtual_drive import Gains
 
 HIGHEST, PER_OCTAVE = 1000.0, 48

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..numerics.low_pass import low_pass
-
 from .virtual_drive import TopOfString
 
 

@@ -1,18 +1,9 @@
-"""Define the command `cosim`; each of its commands imports what it needs, so that help and lists are there at once.
-
-It also hands out the FMUs as files for other tools: those that are there, copies of them, and built anew.
-"""
+"""Define the command `cosim`; each of its commands imports what it needs, so that help and lists are there at once."""
 
 from __future__ import annotations
 
-import os
 import shlex
-import shutil
-import subprocess
 import sys
-import tempfile
-from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,9 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
-from cosim.errors import FmuFileError, InputError, MissingPackageError, OutputError, suggestion
+from cosim.errors import InputError
 from cosim.fmi2.isolation import Limits
-from cosim.fmi2.locate import PACKAGINGS, build_script, how_to_build, promised_fmus
+from cosim.fmi2.locate import PACKAGINGS, promised_fmus
 
 if TYPE_CHECKING:
     from cosim.run.options import Streaming
@@ -289,7 +280,7 @@ def tune(
     """Tune the gains of a law under conditions of the league; goes on with a tuning that was interrupted."""
     with sentences():
         from cosim.cli.tuning_table import print_tuned
-        from cosim.tuning import search, table
+        from cosim.league.tuning import search, table
 
         tuning = search.prepare(
             law,
@@ -316,6 +307,8 @@ def fmus(
     force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
 ) -> None:
     """Hand out the FMU files, for the tool that is to import them."""
+    from cosim.cli.handing_out import available_fmus, copy_fmus
+
     with sentences():
         console = new_console()
         if folder is None:
@@ -332,6 +325,8 @@ def fmus(
 )
 def build(arguments: typer.Context) -> None:
     """Build the FMUs anew, of either packaging, or that of a law of your own; --help says how."""
+    from cosim.cli.handing_out import build_fmus
+
     with sentences():
         code = build_fmus(arguments.args)
     raise typer.Exit(code)
@@ -408,80 +403,3 @@ def _override(text: str) -> tuple[str, Value]:
     if not equals or not value:
         raise InputError(f"--set {text}: expected the form component.variable=value")
     return name.strip(), Written(value.strip())
-
-
-_NEEDED = ("ziglang", "pythonfmu", "jinja2")
-
-
-def available_fmus(packaging: str) -> dict[str, Path]:
-    """Return the files of the FMUs of this project, by name.
-
-    Raises
-    ------
-    InputError
-        If there is no such packaging.
-    FmuFileError
-        If there are none.
-    """
-    if packaging not in PACKAGINGS:
-        raise InputError(f"there is no packaging '{packaging}'{suggestion(packaging, PACKAGINGS)}")
-    found = promised_fmus(packaging)
-    if not found:
-        raise FmuFileError(f"there are no FMUs of the {packaging} packaging here{how_to_build(packaging)}")
-    return found
-
-
-def copy_fmus(folder: Path, packaging: str, *, replace: bool = False) -> list[Path]:
-    """Copy the FMUs into a folder, each whole or not at all; return the paths of the copies.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it is not there.
-    packaging : str
-        ``"native"`` or ``"python"``.
-    replace : bool, optional
-        Whether files of the same names and other content are replaced.
-
-    Raises
-    ------
-    InputError
-        If there is no such packaging, or a file of another content stands where a copy is to go: nothing is written.
-    FmuFileError
-        If there are no FMUs.
-    OutputError
-        If the folder cannot be written.
-    """
-    sources = available_fmus(packaging)
-    targets = {folder / source.name: source for source in sources.values()}
-    try:
-        if not replace:
-            for target, source in targets.items():
-                if target.exists() and target.read_bytes() != source.read_bytes():
-                    raise InputError(f"{target} is there already and is another file; expected --force to replace it")
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".fmus-", dir=folder) as draft:
-            for target, source in targets.items():
-                copy = shutil.copyfile(source, Path(draft) / source.name)
-                os.replace(copy, target)
-    except OSError as error:
-        raise OutputError(f"folder {folder} cannot be written: {error.strerror or error}") from error
-    return list(targets)
-
-
-def build_fmus(arguments: Sequence[str]) -> int:
-    """Build FMUs in a process of its own, by the options of `build_fmu.py`; return its exit code.
-
-    Raises
-    ------
-    MissingPackageError
-        If what building needs is not installed.
-    """
-    missing = [name for name in _NEEDED if find_spec(name) is None]
-    if missing:
-        brings = 'pip install "drillstring-cosim[build]" brings all of it'
-        raise MissingPackageError(f"building FMUs needs {', '.join(missing)}; {brings}")
-    script = build_script()
-    how = ["-m", "cosim.fmu_src.build"] if script is None else [str(script)]
-    command = [sys.executable, *how, *arguments]
-    return subprocess.run(command, check=False).returncode

@@ -11,8 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from cosim.cli.terminal import new_console
-from cosim.tuning.search import Tuned
-from cosim.tuning.table import PARAMETERS, condition_rows, explanations, gain_rows
+from cosim.league.tuning.search import Tuned
+from cosim.league.tuning.table import PARAMETERS, condition_rows, explanations, gain_rows
 
 
 def print_tuned(tuned: Tuned, files: list[Path]) -> None:

@@ -23,12 +23,12 @@ from cosim.league.entries import USUAL, Condition, Law, League, load_league
 from cosim.league.playing import Game, Played, Progress, players, processors
 from cosim.league.rig import DRIVE, PLANT, PROGRAM
 from cosim.league.score import Score
+from cosim.league.tuning.gains import Gain, free_gains
+from cosim.league.tuning.journal import Journal, key_of, opened_journal
+from cosim.league.tuning.linear import LinearModel, Margin, by_formula, settings
+from cosim.league.tuning.severity import overall
 from cosim.run.report import versions
 from cosim.system.signals import FloatArray, Value
-from cosim.tuning.gains import Gain, free_gains
-from cosim.tuning.journal import Journal, key_of, opened_journal
-from cosim.tuning.linear import LinearModel, Margin, by_formula, settings
-from cosim.tuning.severity import overall
 
 BUDGET, REFLECTION, DAMPING = 150, 1.0, 0.0
 FEWEST = 10

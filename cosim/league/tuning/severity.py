@@ -1,4 +1,4 @@
-"""How bad a run is, as one number, and how bad a law is over all conditions: what tuning makes least."""
+"""Put into one number how bad a run is, and how bad a law is over all conditions: what tuning makes least."""
 
 from __future__ import annotations
 

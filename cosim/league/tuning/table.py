@@ -12,11 +12,13 @@ from typing import Any
 from cosim.drilling.reporting import blank_figure, save_figure
 from cosim.errors import printable
 from cosim.files import replace_file
+from cosim.league.score import Score
 from cosim.league.table import cell
+from cosim.league.tuning.gains import Gain
+from cosim.league.tuning.search import Trial, Tuned
+from cosim.league.tuning.severity import severity
 from cosim.run.report import commit
 from cosim.scenario.parameters import write_toml
-from cosim.tuning.search import Trial, Tuned
-from cosim.tuning.severity import severity
 
 PARAMETERS, CANDIDATES, FIGURE = "parameters.toml", "candidates.csv", "tuning.png"
 _TRIED, _BEFORE, _AFTER = "#9aa7b5", "#b45309", "#0b5394"
@@ -34,14 +36,16 @@ def condition_rows(tuned: Tuned) -> Iterable[tuple[str, ...]]:
     league = tuned.tuning.league
     for condition, before, after in zip(league.conditions, tuned.before.scores, tuned.after.scores, strict=True):
         title = f"{condition.title} *" if condition.hard else condition.title
-        yield (
-            title,
-            *(f"{cell(score)}, SSI {score.ssi:.2g}" if score.free else cell(score) for score in (before, after)),
-        )
+        yield title, *map(_outcome, (before, after))
     both = tuned.before, tuned.after
     yield "severity", *(f"{trial.severity:.4g}" for trial in both)
     yield "greatest reflection", *(_margin(trial, "reflection") for trial in both)
     yield "least damping [1/s]", *(_margin(trial, "damping") for trial in both)
+
+
+def _outcome(score: Score) -> str:
+    """Write what became of the string, and how much its bit still swings."""
+    return f"{cell(score)}, SSI {score.ssi:.2g}" if score.free else cell(score)
 
 
 def _margin(trial: Trial, name: str) -> str:
@@ -155,21 +159,19 @@ def _candidates(tuned: Tuned) -> bytes:
 def _compose(tuned: Tuned) -> Any:
     """Draw the severity over each gain: what was tried, what the law had, and what it has."""
     gains = tuned.tuning.gains
-    figure = blank_figure(0.6 + 3.0 * len(gains), 3.2)
+    figure = blank_figure(0.6 + 3.0 * max(2, len(gains)), 3.2)
     run = [trial for trial in tuned.trials if trial.scores]
+    marks = (("as it was", tuned.before, _BEFORE, "D"), ("tuned", tuned.after, _AFTER, "o"))
     for column, gain in enumerate(gains):
         panel = figure.add_subplot(1, len(gains), column + 1)
         places = [trial.values[gain.name] for trial in run]
         panel.plot(places, [trial.severity for trial in run], ".", color=_TRIED, markersize=4.0, label="tried")
-        marks = (("as it was", tuned.before, _BEFORE, "D"), ("tuned", tuned.after, _AFTER, "o"))
         for label, trial, colour, mark in marks:
             place = trial.values.get(gain.name, gain.start)
             panel.plot([place], [trial.severity], mark, color=colour, markersize=6.0, label=label)
-        if gain.low > 0.0:
-            panel.set_xscale("log")
-        panel.set_xlim(min(gain.low, gain.start), max(gain.high, gain.start))
+        _scale(panel, gain)
         panel.set_xlabel(printable(gain.title), fontsize=8)
-        panel.tick_params(labelsize=7, which="both")
+        panel.tick_params(labelsize=7)
         panel.grid(visible=True, color="#d9d9d9", linewidth=0.5)
         panel.spines[["top", "right"]].set_visible(False)
         if column == 0:
@@ -177,3 +179,14 @@ def _compose(tuned: Tuned) -> Any:
             panel.legend(fontsize=7, frameon=False)
     figure.suptitle(printable(f"{tuned.tuning.law.title}, tuned"), fontsize=11, x=0.01, ha="left")
     return figure
+
+
+def _scale(panel: Any, gain: Gain) -> None:
+    """Show the range of a gain as it was searched, with numbers as they are written in files."""
+    ends = min(gain.low, gain.start), max(gain.high, gain.start)
+    if gain.low > 0.0 and ends[0] > 0.0:
+        panel.set_xscale("log")
+        panel.minorticks_off()
+    ticks = [gain.at(part / 4.0) for part in range(5)]
+    panel.set_xticks(ticks, [f"{tick:.3g}" for tick in ticks])
+    panel.set_xlim(*ends)

@@ -1,6 +1,6 @@
-"""What the linear model knows of laws that come with the package: gains by formula, and the margins of any gains.
+"""Ask the linear model about laws that come with the package: gains by formula, and the margins of any gains.
 
-Of a law of one's own it knows nothing: its gains have no margins.
+It knows no laws of one's own: their gains have no margins.
 """
 
 from __future__ import annotations

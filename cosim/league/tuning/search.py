@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,8 @@ FEWEST = 10
 """Candidates without which there is no search."""
 _SMALLEST = 5
 _NOTHING: dict[str, float] = {}
+Players = Callable[[int], AbstractContextManager[Played]]
+"""Holds who plays, as many as there are workers."""
 
 
 @dataclass(frozen=True)
@@ -224,7 +226,9 @@ def prepare(
     return Tuning(league, described.model_name, free, fixed, linear, seed, budget, reflection, damping)
 
 
-def tune(tuning: Tuning, folder: Path, workers: int = 0, progress: Progress | None = None) -> Tuned:
+def tune(
+    tuning: Tuning, folder: Path, workers: int = 0, progress: Progress | None = None, play: Players = players
+) -> Tuned:
     """Tune a law; the same call goes on with a tuning that was interrupted.
 
     Parameters
@@ -237,6 +241,8 @@ def tune(tuning: Tuning, folder: Path, workers: int = 0, progress: Progress | No
         Processes to use; 0: one for each processor there is; 1: this process alone.
     progress : callable, optional
         Called when something has been played; what it raises interrupts the tuning.
+    play : callable, optional
+        Who plays, by default the FMUs.
 
     Raises
     ------
@@ -248,7 +254,7 @@ def tune(tuning: Tuning, folder: Path, workers: int = 0, progress: Progress | No
         If it was interrupted; what was played is kept.
     """
     with opened_journal(folder, tuning.identity()) as journal, _told(journal, folder):
-        with players(workers or processors()) as played:
+        with play(workers or processors()) as played:
             search = _Search(tuning, journal, played, progress)
             before = search.trial(_NOTHING)
             _evolve(tuning, search)

@@ -233,9 +233,8 @@ class TuningInterruptedError(KeyboardInterrupt):
 
     def __init__(self, folder: Path, runs: int) -> None:
         self.folder, self.runs = folder, runs
-        super().__init__(
-            f"interrupted after {runs} runs, which are kept in {folder}; the same command goes on from there"
-        )
+        kept = f"{runs} runs are kept in {folder}"
+        super().__init__(f"interrupted; {kept}, and the same command goes on from there")
 
 
 def format_time(time: float) -> str:

@@ -12,13 +12,13 @@ from rich.text import Text
 
 from cosim.cli.terminal import new_console
 from cosim.league.tuning.search import Tuned
-from cosim.league.tuning.table import PARAMETERS, condition_rows, explanations, gain_rows
+from cosim.league.tuning.table import PARAMETERS, condition_rows, explanations, gain_rows, title_of
 
 
 def print_tuned(tuned: Tuned, files: list[Path]) -> None:
     """Show gains and runs before and after, what was written where, and what to do with it."""
     console = new_console()
-    console.print(Text(f"{tuned.tuning.law.title}, tuned", style="bold"))
+    console.print(Text(title_of(tuned), style="bold"))
     _print(console, ("gain", "as it was", "tuned", "from", "to"), gain_rows(tuned))
     _print(console, ("condition", "as it was", "tuned"), condition_rows(tuned))
     for sentence in explanations(tuned):

@@ -9,7 +9,8 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 
 from cosim.errors import RunError
 from cosim.league.entries import Condition, Law, League, Search
@@ -151,7 +152,7 @@ def players(workers: int) -> Generator[Played]:
     if workers <= 1:
         yield lambda games: ((game, _play(game)) for game in games)
         return
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_ignore_interrupts)
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_to_play)
 
     def played(games: Sequence[Game]) -> Iterator[tuple[Game, Score | Limit]]:
         waiting = {pool.submit(_play, game): game for game in games}
@@ -164,9 +165,18 @@ def players(workers: int) -> Generator[Played]:
         pool.shutdown(cancel_futures=True)
 
 
-def _ignore_interrupts() -> None:
-    """Leave it to the process that has the others to end them: it lets them finish what they play."""
+def _begin_to_play() -> None:
+    """Leave it to the process that has the others to end them, and end with it if it is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_the_first, daemon=True).start()
+
+
+def _end_with_the_first() -> None:
+    """Wait for the end of the process that has this one: what waits for work from it would wait for ever."""
+    first = parent_process()
+    if first is not None:
+        first.join()
+        os._exit(1)
 
 
 def _play(game: Game) -> Score | Limit:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cosim.errors import InputError, ScenarioError, suggestion
-from cosim.league.entries import Law, League, Range, checked_range
+from cosim.league.entries import USUAL, Law, League, Range, checked_range, load_league
 from cosim.system.description import Description, Variable
 from cosim.system.signals import Value
 
@@ -64,7 +64,7 @@ def free_gains(
     Parameters
     ----------
     league : League
-        Says which are free where nothing is asked for.
+        Says which are free where nothing is asked for; what it leaves out is as in the league of the package.
     law : Law
         The law.
     described : Description
@@ -79,7 +79,8 @@ def free_gains(
     InputError
         If there is no such parameter, it is no number, or its range is not understood or beyond its limits.
     """
-    usual = league.tunes.get(law.name, league.tunes.get(described.model_name, {}))
+    known = {**load_league(USUAL).tunes, **league.tunes}
+    usual = known.get(law.name, known.get(described.model_name, {}))
     chosen: dict[str, tuple[Range, str]] = {name: (bounds, f"tunes.{name}") for name, bounds in usual.items()}
     if asked:
         read = [_read(text, usual) for text in asked]

@@ -24,7 +24,7 @@ from cosim.league.playing import Game, Played, Progress, players, processors
 from cosim.league.rig import DRIVE, PLANT, PROGRAM
 from cosim.league.score import Score
 from cosim.league.tuning.gains import Gain, free_gains
-from cosim.league.tuning.journal import Journal, key_of, opened_journal
+from cosim.league.tuning.journal import Journal, Key, key_of, opened_journal
 from cosim.league.tuning.linear import LinearModel, Margin, by_formula, settings
 from cosim.league.tuning.severity import overall
 from cosim.run.report import versions
@@ -302,7 +302,6 @@ class _Search:
 
     def __init__(self, tuning: Tuning, journal: Journal, played: Played, progress: Progress | None) -> None:
         self._tuning, self._journal, self._played, self._progress = tuning, journal, played, progress
-        self._done = 0
         self.trials: dict[str, Trial] = {}
 
     def values_at(self, place: FloatArray) -> dict[str, float]:
@@ -345,18 +344,18 @@ class _Search:
         """Play what has not been played, keep it, and return what came of each candidate."""
         tuning, found = self._tuning, self._journal.found
         conditions = tuning.league.conditions
-        games: dict[tuple[str, str], Game] = {}
+        games: dict[Key, Game] = {}
         for values, _ in chosen:
             for condition in conditions:
                 key = key_of(values, condition.name)
                 if key not in found:
                     games[key] = Game(tuning.league, tuning.candidate(values), condition)
         names = {id(game): key for key, game in games.items()}
+        waiting = {key[0] for key in games}
         for number, (game, score) in enumerate(self._played(list(games.values())), 1):
             if isinstance(score, Score):
                 self._journal.append(names[id(game)], score)
-            self._tell(len(chosen) * number / len(games))
-        self._done += len(chosen)
+            self._tell(len(waiting) * (number / len(games) - 1.0))
         self._tell(0.0)
         trials: list[Trial] = []
         for values, margin in chosen:
@@ -366,12 +365,11 @@ class _Search:
         return trials
 
     def _tell(self, more: float) -> None:
-        """Say how many candidates have been looked at."""
+        """Say how many of the candidates that are known have been looked at."""
         if self._progress is not None:
-            looked = max(self._done, len(self.trials)) + more
             least = min((each.severity for each in self.trials.values()), default=math.inf)
             said = f"severity {least:.4g}" if math.isfinite(least) else self._tuning.law.name
-            self._progress(said, min(1.0, looked / (self._tuning.budget + 1)))
+            self._progress(said, min(1.0, (1.0 + len(self.trials) + more) / (self._tuning.budget + 1)))
 
 
 def _evolve(tuning: Tuning, search: _Search) -> None:

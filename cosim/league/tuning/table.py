@@ -24,6 +24,11 @@ PARAMETERS, CANDIDATES, FIGURE = "parameters.toml", "candidates.csv", "tuning.pn
 _TRIED, _BEFORE, _AFTER = "#9aa7b5", "#b45309", "#0b5394"
 
 
+def title_of(tuned: Tuned) -> str:
+    """Return a title of what has come of a tuning."""
+    return f"{tuned.tuning.law.title}, gains by search"
+
+
 def gain_rows(tuned: Tuned) -> Iterable[tuple[str, ...]]:
     """Return a row for each gain: what it was, what it is, and the range that was searched."""
     for gain in tuned.tuning.gains:
@@ -109,7 +114,7 @@ def _parameters(tuned: Tuned) -> str:
     }
     content: dict[str, Any] = {
         "name": f"{law.name}-tuned",
-        "title": f"{law.title}, tuned",
+        "title": title_of(tuned),
         "fmu": law.fmu,
         "parameters": tuned.values,
         **({"drive": dict(law.drive)} if law.drive else {}),
@@ -177,7 +182,7 @@ def _compose(tuned: Tuned) -> Any:
         if column == 0:
             panel.set_ylabel("severity", fontsize=8)
             panel.legend(fontsize=7, frameon=False)
-    figure.suptitle(printable(f"{tuned.tuning.law.title}, tuned"), fontsize=11, x=0.01, ha="left")
+    figure.suptitle(printable(title_of(tuned)), fontsize=11, x=0.01, ha="left")
     return figure
 
 

@@ -30,8 +30,8 @@ HIGHEST = 20.0
 """Frequency up to which modes are looked for, times Gamma."""
 FASTEST = 50.0
 """Growth rate up to which modes are counted [1/s]."""
-NEWTON_STEPS, SETTLED, APART = 25, 1e-9, 1e-6
-REFINEMENTS = 3
+NEWTON_STEPS, SETTLED, APART = 12, 1e-9, 1e-6
+REFINEMENTS = 4
 
 
 class Top(Protocol):
@@ -192,13 +192,13 @@ def modal_damping(top: Top, slope: float) -> float:
         return (p.impedance + a) * down - (p.impedance - a) * np.exp(-2.0 * p.travel_time * s) * up
 
     height = HIGHEST / p.travel_time
-    spacing = 0.4 / p.travel_time
+    spacing = 0.8 / p.travel_time
     for _ in range(REFINEMENTS):
         rates = _modes(value, height, spacing)
         if rates.size:
             greatest = float(rates.max())
             edge = greatest + APART * (1.0 + abs(greatest))
-            if edge >= FASTEST or not zeros_inside(value, (edge, FASTEST), (-height, height), 0.5 * spacing):
+            if edge >= FASTEST or not zeros_inside(value, (edge, FASTEST), (-height, height), 0.2 / p.travel_time):
                 return -greatest
         spacing *= 0.5
     raise ArithmeticError("the slowest of the small motions cannot be found")
@@ -206,7 +206,7 @@ def modal_damping(top: Top, slope: float) -> float:
 
 def _modes(value: Callable[[ComplexArray], ComplexArray], height: float, spacing: float) -> FloatArray:
     """Return the real parts of zeros up to a height [1/s], by Newton's method from a grid."""
-    real, imaginary = np.meshgrid([-2.0, -0.5, 0.1, 1.0], np.arange(0.0, height, spacing))
+    real, imaginary = np.meshgrid([-0.5, 0.3], np.arange(0.0, height, spacing))
     s = np.asarray((real + 1j * imaginary).ravel(), np.complex128)
     step = s
     with np.errstate(all="ignore"):

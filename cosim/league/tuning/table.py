@@ -193,5 +193,5 @@ def _scale(panel: Any, gain: Gain) -> None:
         panel.set_xscale("log")
         panel.minorticks_off()
     ticks = [gain.at(part / 4.0) for part in range(5)]
-    panel.set_xticks(ticks, [f"{tick:.3g}" for tick in ticks])
+    panel.set_xticks(ticks, [f"{tick:.4g}" for tick in ticks])
     panel.set_xlim(*ends)

@@ -19,6 +19,8 @@ from cosim.system.compatibility import start_values
 from cosim.system.signals import Value
 
 OWN = "own"
+DIGITS = 6
+"""Of margins: what NumPy makes of exponentials differs in the last ones from processor to processor."""
 NAMES = {
     "SoftTorque": ("P", "K", "J_v"),
     "TopAbsorber": ("c_f", "k_f", "J_a"),
@@ -105,6 +107,11 @@ def _top_of_string(values: Mapping[str, Value]) -> mathematics.TopOfString:
     return mathematics.TopOfString(**{name: float(values[name]) for name in known})
 
 
+def _rounded(number: float) -> float:
+    """Return a number to the digits that are the same on every processor."""
+    return float(f"{number:.{DIGITS}g}")
+
+
 class LinearModel:
     """A law under a condition, as small motions about uniform rotation.
 
@@ -139,7 +146,7 @@ class LinearModel:
                 damping = mathematics.modal_damping(top, self._slope)
             except ArithmeticError:
                 damping = -math.inf
-        return Margin(mathematics.greatest_reflection(top), damping)
+        return Margin(_rounded(mathematics.greatest_reflection(top)), _rounded(damping))
 
     def _slope_at(self, condition: Condition) -> float | None:
         """Return the slope of the torque on bit in uniform rotation; None if there is none."""

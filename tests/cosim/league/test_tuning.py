@@ -183,14 +183,14 @@ def test_no_candidate_is_run_that_amplifies_waves(tmp_path: Path) -> None:
     run = [trial for trial in tuned.trials if trial.scores]
     assert 10 < len(run) < len(tuned.trials)
     assert len(stand_in.games) == len(run) + 1
-    assert all(greatest(trial) <= 1.0 + 1e-12 for trial in run)
-    amplifying = [trial for trial in tuned.trials if greatest(trial) > 1.0]
+    assert all(greatest(trial) <= 1.0 + 1e-5 for trial in run)  # margins have six digits
+    amplifying = [trial for trial in tuned.trials if greatest(trial) > 1.0 + 1e-5]
     assert amplifying
     assert not any(trial.scores for trial in amplifying)
     assert not tuned.before.kept
     assert tuned.after.kept
     assert tuned.after.margin is not None
-    assert tuned.after.margin.reflection == pytest.approx(greatest(tuned.after), rel=1e-12)
+    assert tuned.after.margin.reflection == pytest.approx(greatest(tuned.after), rel=1e-5)
 
 
 def prepare_again(tuning: Tuning, league: League, folder: Path) -> Tuning:

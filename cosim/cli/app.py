@@ -246,7 +246,7 @@ def league(
 
     with sentences():
         every = load_league(file or USUAL, add, parameters)
-        besides = [each.name for each in every.laws[-len([*(add or ()), *(parameters or ())]) or len(every.laws) :]]
+        besides = [each.name for each in every.laws[len(every.laws) - len([*(add or ()), *(parameters or ())]) :]]
         chosen = every.only([*law, *besides] if law else [], condition or [])
         table.prepare(output)
         with progress_bar() as bar:

@@ -7,6 +7,7 @@ import os
 import signal
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
@@ -156,8 +157,11 @@ def players(workers: int) -> Generator[Played]:
 
     def played(games: Sequence[Game]) -> Iterator[tuple[Game, Score | Limit]]:
         waiting = {pool.submit(_play, game): game for game in games}
-        for done in as_completed(waiting):
-            yield waiting[done], done.result()
+        try:
+            for done in as_completed(waiting):
+                yield waiting[done], done.result()
+        except BrokenProcessPool:
+            raise RunError("a process that played for the league has ended before its time, or was killed") from None
 
     try:
         yield played

@@ -16,6 +16,7 @@ import tomllib
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,7 @@ from typer.testing import CliRunner
 
 from cosim.cli.app import app
 from cosim.errors import CheckpointError, CosimError, InputError, RunError, TuningInterruptedError
+from cosim.files import locked
 from cosim.league.entries import League, Range, load_league
 from cosim.league.playing import Game, Played, score
 from cosim.league.score import Score
@@ -79,10 +81,23 @@ class StandIn:
         return Score(time_to_free=10.0 * slower * far, ssi=0.0, stuck_fraction=0.0, drive_swing=0.0, mean_top_speed=9.0)
 
 
+@pytest.fixture(autouse=True)
+def soon(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out what takes time and is looked at elsewhere: drawing, and waiting for the disk."""
+    if request.node.get_closest_marker("slow") is None:
+        monkeypatch.setattr("os.fsync", lambda descriptor: None)
+        if "figure" not in request.node.name:
+            monkeypatch.setattr("cosim.league.tuning.table.save_figure", lambda path, compose: path.touch())
+
+
+@cache
+def usual() -> Tuning:
+    return prepare("soft-torque", conditions=["nominal", "eight"], gains=["P=200:1100", "K=20:750"], budget=40)
+
+
 def asked(**changes: object) -> Tuning:
     """A tuning of SoftTorque under two conditions, with two gains that are free, and margins that take no time."""
-    tuning = prepare("soft-torque", conditions=["nominal", "eight"], gains=["P=200:1100", "K=20:750"], budget=40)
-    return replace(tuning, linear=(), **changes)
+    return replace(usual(), linear=(), **changes)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -343,6 +358,26 @@ def test_a_folder_that_cannot_be_used_is_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("a file")
     with pytest.raises(CosimError, match=r"output folder .*taken cannot be used"):
         tune(asked(), tmp_path / "taken", 1, play=StandIn())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no locks on folders")
+def test_two_programs_do_not_tune_in_one_folder(tmp_path: Path) -> None:
+    with locked(tmp_path), pytest.raises(CheckpointError, match="another program is tuning there"):
+        tune(asked(), tmp_path, 1, play=StandIn())
+
+
+def test_what_is_refused_is_one_line_and_an_exit_code(tmp_path: Path) -> None:
+    for arguments, sentence in (
+        (
+            ("soft-torque", "--gain", "P=900:150"),
+            "error: --gain P=900:150 goes from 900 to 150; expected the lesser num",
+        ),
+        (("soft-torque", "--league", str(tmp_path / "none.toml")), "there is no such file"),
+    ):
+        done = CliRunner().invoke(app, ["tune", *arguments])
+        assert done.exit_code == 2
+        assert sentence in done.stderr
+        assert done.stderr.count("\n") == 1
 
 
 def test_ranges_are_read_from_a_league_and_refused_by_their_key(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 from pathlib import Path
@@ -18,6 +19,7 @@ from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import PACKAGINGS, promised_fmus
 
 if TYPE_CHECKING:
+    from cosim.drilling.reporting import Looks
     from cosim.run.options import Streaming
     from cosim.scenario.scenario import Scenario
     from cosim.system.signals import Value
@@ -102,6 +104,19 @@ def list_scenarios() -> None:
 
 
 @app.command()
+def info(
+    what: Annotated[str, typer.Argument(help="An .fmu file, the name of an FMU or a scenario, or its file.")],
+    packaging: PackagingOption = "native",
+    variant: Annotated[str | None, typer.Option(help="Of a scenario; by default the first.")] = None,
+) -> None:
+    """Show what an FMU or a scenario is made of: variables, units, ranges; connections, loops, stepping order."""
+    from cosim.cli.information import print_information
+
+    with sentences():
+        print_information(new_console(), what, packaging, variant)
+
+
+@app.command()
 def run(
     scenario: ScenarioArgument,
     packaging: PackagingOption = "native",
@@ -160,6 +175,27 @@ def resume(
         with progress_bar() as bar:
             manifest = resume_job(folder.absolute(), bar.show, bar.progress)
         print_manifest(manifest, folder)
+
+
+@app.command()
+def plot(
+    folders: Annotated[list[Path], typer.Argument(help="Of finished runs.", metavar="FOLDER...")],
+    signal: Annotated[list[str] | None, typer.Option(help="What to show, component.variable; repeatable.")] = None,
+    variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
+    begin: Annotated[float, typer.Option("--from", help="Time to begin at in s.")] = -math.inf,
+    end: Annotated[float, typer.Option("--to", help="Time to end at in s.")] = math.inf,
+    overlay: Annotated[bool, typer.Option("--overlay", help="Draw runs over each other, not beside.")] = False,
+    units: Annotated[str, typer.Option(help="si, or field: rpm, klbf, kft.lbf.")] = "si",
+    format_: Annotated[str | None, typer.Option("--format", help="png, svg or pdf, by default as the file.")] = None,
+    output: Annotated[Path | None, typer.Option(help="File for the figure, by default plot.png.")] = None,
+) -> None:
+    """Draw finished runs over time, beside each other or over each other, into one figure."""
+    from cosim.cli.figure import draw_runs
+
+    with sentences():
+        looks: Looks = {"begin": begin, "end": end, "overlay": overlay, "units": units}
+        target = draw_runs(folders, signal or (), variant or (), looks, format_, output)
+        new_console().print(Text(f"wrote {target}"), soft_wrap=True)
 
 
 @app.command()
@@ -307,7 +343,7 @@ def fmus(
     force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
 ) -> None:
     """Hand out the FMU files, for the tool that is to import them."""
-    from cosim.cli.handing_out import available_fmus, copy_fmus
+    from cosim.cli.fmu_files import available_fmus, copy_fmus
 
     with sentences():
         console = new_console()
@@ -325,7 +361,7 @@ def fmus(
 )
 def build(arguments: typer.Context) -> None:
     """Build the FMUs anew, of either packaging, or that of a law of your own; --help says how."""
-    from cosim.cli.handing_out import build_fmus
+    from cosim.cli.fmu_files import build_fmus
 
     with sentences():
         code = build_fmus(arguments.args)

@@ -13,9 +13,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PRODUCT = ("cosim", "models", "fmu_src")
 
-MOST_MODULES = {"cosim": 125}
+MOST_MODULES = {"cosim": 135}
 """95 that a run took when its rooms were made; since then conversions, what isolation keeps apart, bounded files,
-Python functions as components, laws of one's own, the league, and tuning."""
+Python functions as components, laws of one's own, the league,
+what hands results on to other tools, and tuning."""
 
 MOST_IN_A_PACKAGE = 15
 

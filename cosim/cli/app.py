@@ -315,7 +315,7 @@ def tune(
 ) -> None:
     """Tune the gains of a law under conditions of the league; goes on with a tuning that was interrupted."""
     with sentences():
-        from cosim.cli.tuning_table import print_tuned
+        from cosim.cli.league_table import print_tuned
         from cosim.league.tuning import search, table
 
         tuning = search.prepare(

@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from cosim.drilling.reporting import blank_figure, save_figure
 from cosim.errors import printable
 from cosim.files import replace_file
 from cosim.league.score import Score
@@ -17,6 +16,7 @@ from cosim.league.table import cell
 from cosim.league.tuning.gains import Gain
 from cosim.league.tuning.search import Trial, Tuned
 from cosim.league.tuning.severity import severity
+from cosim.recording.figure import blank_figure, save_figure
 from cosim.run.report import commit
 from cosim.scenario.parameters import write_toml
 

@@ -24,7 +24,7 @@ from cosim.scenario.file import TomlTable, read_toml
 from cosim.scenario.scenario import Scenario
 from cosim.system.description import Description
 from cosim.system.signals import Value
-from cosim.system.structure import Component
+from cosim.system.structure import Component, System
 
 _KEYS = ("name", "title", "fmu", "component", "parameters", "drive", "provenance")
 
@@ -102,9 +102,12 @@ class ParameterFile:
     def refuse_unfit(self, component: str, described: Description) -> None:
         """Refuse names that the FMU does not have, and values that its parameters cannot have."""
         from cosim.system.compatibility import start_values
+        from cosim.system.field_units import in_declared_units
 
         try:
-            start_values(Component(component, self.fmu, self.values), described)
+            system = System((Component(component, self.fmu, self.values),))
+            (given,) = in_declared_units(system, {component: described}).components
+            start_values(given, described)
         except InputError as error:
             raise type(error)(f"{self.path}: {error}") from error
 

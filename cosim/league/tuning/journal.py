@@ -123,13 +123,13 @@ def _refuse_other(path: Path, before: Mapping[str, Any], now: Mapping[str, Any])
     same: dict[str, Any] = json.loads(json.dumps(now))
     other = [name for name in {**before, **same} if before.get(name) != same.get(name)]
     if other:
-        differs = ", ".join(f"{name} {_short(before.get(name))}" for name in other)
-        raise CheckpointError(f"{path} holds a tuning with another {differs}; expected the same, or another --output")
+        differ = ", ".join(f"{name}{_short(before.get(name))}" for name in other)
+        raise CheckpointError(f"{path} is of another tuning, by {differ}; expected the same, or another --output")
 
 
 def _short(value: object) -> str:
-    """Write what differed if that takes little room."""
-    return f"({value})" if isinstance(value, int | float | str) and len(str(value)) <= 40 else ""
+    """Write what a tuning was begun with, if that takes little room."""
+    return f" ({value})" if isinstance(value, int | float | str) and len(str(value)) <= 40 else ""
 
 
 def _plain(score: Score) -> dict[str, Any]:

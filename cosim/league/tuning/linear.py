@@ -16,6 +16,7 @@ from cosim.fmi2.model_description import read_description
 from cosim.league.entries import Condition, Law, League
 from cosim.league.rig import Rig
 from cosim.system.compatibility import start_values
+from cosim.system.field_units import in_declared_units
 from cosim.system.signals import Value
 
 OWN = "own"
@@ -64,14 +65,14 @@ class Settings:
 
 def settings(league: League, law: Law, condition: Condition) -> Settings:
     """Return what law, drive and string are set to under a condition."""
+    system = Rig(league, law, condition).scenario.system
+    paths = {part.name: locate_fmu(part.fmu, "native", league.folder) for part in system.components}
+    described = {name: read_description(path) for name, path in paths.items()}
     found: dict[str, dict[str, Value]] = {}
-    for part in Rig(league, law, condition).scenario.system.components:
-        if callable(part.fmu):
-            continue
-        described = read_description(locate_fmu(part.fmu, "native", league.folder))
+    for part in in_declared_units(system, described).components:
+        given = start_values(part, described[part.name])
         values: dict[str, Value] = {}
-        given = start_values(part, described)
-        for variable in described.variables:
+        for variable in described[part.name].variables:
             value = given.get(variable, variable.start_value)
             if value is not None:
                 items = {number: item for item, number in variable.items.items()}

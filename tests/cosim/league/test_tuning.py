@@ -331,9 +331,9 @@ def test_what_cannot_be_tuned_is_refused_by_a_sentence(what: str) -> None:
 
 
 OTHERS: dict[str, tuple[dict[str, object], str]] = {
-    "seed": ({"seed": 2}, r"another seed \(1\)"),
-    "margin": ({"reflection": 0.9, "damping": 0.1}, r"another reflection \(1\.0\), damping \(0\.0\)"),
-    "gains": ({"gains": (Gain("P", "N.m.s/rad", 449.0, 200.0, 900.0),)}, "another gains"),
+    "seed": ({"seed": 2}, r"by seed \(1\)"),
+    "margin": ({"reflection": 0.9, "damping": 0.1}, r"by reflection \(1\.0\), damping \(0\.0\)"),
+    "gains": ({"gains": (Gain("P", "N.m.s/rad", 449.0, 200.0, 900.0),)}, "by gains"),
 }
 
 

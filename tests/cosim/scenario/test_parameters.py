@@ -53,6 +53,14 @@ def test_values_go_to_the_component_that_is_the_fmu(tmp_path: Path) -> None:
     assert given == {"law.mode": "own", "law.P": 512.3}
 
 
+def test_values_may_have_units(tmp_path: Path) -> None:
+    path = written(tmp_path, f"{LEAST}filter_time = '80 ms'\nL = '2 km'\n")
+    given = load_parameters(path).overrides(load_scenario("soft-torque"), "native")
+    assert given["law.L"] == "2 km"  # read by the unit of the parameter, as with --set
+    with pytest.raises(InputError, match=r"tuned\.toml: law\.K is '2 km'"):
+        load_parameters(written(tmp_path, f"{LEAST}K = '2 km'\n")).overrides(load_scenario("soft-torque"), "native")
+
+
 def test_a_file_is_a_law_of_a_league(tmp_path: Path) -> None:
     text = f'name = "mine"\ntitle = "My tuning"\n{LEAST}[drive]\nmode = "servo"\n[provenance]\nwhere.ever = 1\n'
     law = load_league(parameters=[written(tmp_path, text)]).laws[-1]

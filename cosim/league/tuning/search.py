@@ -216,12 +216,14 @@ def prepare(
     league = _with_law(load_league(file or USUAL), law)
     league = replace(league.only([], list(conditions) or _usual(league)), laws=league.laws, searches=())
     described = read_description(locate_fmu(league.laws[0].fmu, "native", league.folder))
-    found = [settings(league, league.laws[0], each) for each in league.conditions]
-    fixed = by_formula(described.model_name, found[0].law)
-    free = free_gains(league, league.laws[0], described, {**found[0].law, **fixed}, gains)
+    first = settings(league, league.laws[0], league.conditions[0]).law
+    fixed = by_formula(described.model_name, first)
+    free = free_gains(league, league.laws[0], described, {**first, **fixed}, gains)
     if not any(gain.name in fixed for gain in free):
         fixed = {}  # the formula goes on to act
-    models = [LinearModel(described.model_name, *each) for each in zip(found, league.conditions, strict=True)]
+    models = [
+        LinearModel(described.model_name, settings(league, league.laws[0], each), each) for each in league.conditions
+    ]
     linear = tuple(models) if all(model.known for model in models) else ()
     return Tuning(league, described.model_name, free, fixed, linear, seed, budget, reflection, damping)
 

@@ -206,7 +206,7 @@ def report(
     title: Annotated[str, typer.Option(help="By default that of what was run.")] = "",
 ) -> None:
     """Write what was run and what came of it as one HTML file to send on: plots, system, verdicts, commands."""
-    from cosim.report.page import write_report
+    from cosim.cli.reports import write_report
 
     with sentences():
         target = write_report(folders, output, units=units, title=title)

@@ -1,4 +1,4 @@
-"""Write the report of finished runs or leagues: one HTML file that needs nothing beside it.
+"""Write a report: one HTML file that needs nothing beside it.
 
 Nothing in it acts upon a browser but two scripts, Bokeh's and the page's own, named by their hashes in the page's
 content security policy, which allows no request. Every text is escaped, and what would lead a reader astray written
@@ -10,77 +10,51 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from cosim.errors import InputError, OutputError, printable, require
 from cosim.files import replace_file, why
-from cosim.league.table import ABOUT
-from cosim.report import leagues, runs
 from cosim.report.diagram import shortened
 from cosim.report.plots import COLOURS, DARK_COLOURS, Plots, dash_of, script
-from cosim.run.report import MANIFEST
-from cosim.system.field_units import shown_in
 
 _PAGE = Path(__file__).parent / "page"
 
-_KINDS: dict[str, tuple[str, str, Callable[[Sequence[Path], str], dict[str, Any]]]] = {
-    "run": (MANIFEST, "run.html", runs.gather),
-    "league": (ABOUT, "league.html", leagues.gather),
-}
-"""By kind of folder: the file that makes it one, its template, and what gathers the page."""
 
-
-def write_report(folders: Sequence[str | Path], output: str | Path, *, units: str = "si", title: str = "") -> Path:
-    """Write a report of what some folders hold, which replaces a file that is there when it is complete.
+def write_page(path: Path, template: str, content: Mapping[str, Any], title: str = "") -> None:
+    """Write a page, which replaces a file that is there when it is complete.
 
     Parameters
     ----------
-    folders : sequence of str or Path
-        Of finished runs, as `cosim run` writes them, or of leagues.
-    output : str or Path
+    path : Path
         The .html file.
-    units : str
-        ``"si"`` or ``"field"``: see `cosim.system.field_units.shown_in`.
+    template : str
+        Name of a template beside `page.html`.
+    content : mapping
+        What it takes; `title` and `plots`, which may be None, at least.
     title : str, optional
-        By default that of what is reported.
-
-    Returns
-    -------
-    Path
-        The file.
+        By default that of the content.
 
     Raises
     ------
     InputError
-        If a folder holds no such thing, folders are of several kinds, or a package is missing.
+        If the name does not end in .html, or a package is missing.
     OutputError
         If the file cannot be written.
     """
-    path = Path(output)
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{path}: expected a name that ends in .html")
-    text = report([Path(folder) for folder in folders], units, title)
+    text = page(template, content, title)
     try:
         replace_file(path, text.encode("utf-8"))
     except OSError as error:
         raise OutputError(f"{path} cannot be written: {why(error)}") from error
-    return path
 
 
-def report(folders: Sequence[Path], units: str = "si", title: str = "") -> str:
-    """Return the report of what some folders hold; the same text each time.
-
-    Raises
-    ------
-    InputError
-        As `write_report` does.
-    """
-    shown_in("", units)
+def page(template: str, content: Mapping[str, Any], title: str = "") -> str:
+    """Return a page; the same text each time."""
     jinja2 = require("jinja2", extra="report", purpose="a report")
-    _, template, gather = _KINDS[_kind(folders)]
-    content = gather(folders, units)
     plots: Plots | None = content["plots"]
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_PAGE), autoescape=True, trim_blocks=True, lstrip_blocks=True,
@@ -98,26 +72,6 @@ def report(folders: Sequence[Path], units: str = "si", title: str = "") -> str:
         shortened=shortened,
         strokes=[] if plots is None else _strokes(len(plots.runs)),
     )
-
-
-def _kind(folders: Sequence[Path]) -> str:
-    """Return what the folders hold, all of them the same."""
-    if not folders:
-        raise InputError("there is nothing to report; expected a folder at least")
-    found = {folder: _kind_of(folder) for folder in folders}
-    first = found[folders[0]]
-    for folder, kind in found.items():
-        if kind != first:
-            raise InputError(f"{folders[0]} holds a {first} and {folder} a {kind}; expected folders of one kind")
-    return first
-
-
-def _kind_of(folder: Path) -> str:
-    """Return what a folder holds."""
-    for kind, (mark, _, _) in _KINDS.items():
-        if (folder / mark).is_file():
-            return kind
-    raise InputError(f"{folder} holds no finished run and no league; expected a folder that one was written to")
 
 
 def _harmless(value: Any) -> Any:

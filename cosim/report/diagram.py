@@ -11,13 +11,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-_LETTER, _LINE = 6.7, 16.0
+_LETTER, _LINE = 7.4, 16.0
 """Width of a letter and height of a line, at 12 pixels a letter."""
 _PAD, _GAP = 12.0, 26.0
 _LANE = 20.0
 """Between a lane and the names of the one within."""
 _LONGEST = 44
 """Letters of a name; more are cut, and the table beside has all."""
+
+
+_MOST_COMPONENTS, _MOST_WAYS = 60, 200
+"""In a diagram that anybody reads."""
 
 
 @dataclass(frozen=True)
@@ -136,8 +140,10 @@ def in_order(components: Sequence[str], found: Sequence[Way]) -> list[str]:
     return placed
 
 
-def lay_out(texts: Mapping[str, Sequence[str]], found: Sequence[Way]) -> Diagram:
-    """Lay out components, each with the lines of its box, and the ways between them."""
+def lay_out(texts: Mapping[str, Sequence[str]], found: Sequence[Way]) -> Diagram | None:
+    """Lay out components, each with the lines of its box, and the ways between them; None of a system too large."""
+    if len(texts) > _MOST_COMPONENTS or len(found) > _MOST_WAYS:
+        return None
     order = in_order(list(texts), found)
     straight = {way.source: way for way in found if _follows(order, way)}
     width = max((_width([name, *lines]) for name, lines in texts.items()), default=0.0) + 2 * _PAD

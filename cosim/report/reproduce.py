@@ -85,13 +85,13 @@ def _values(record: Mapping[str, Any]) -> tuple[list[str], list[str]]:
 
 
 def _own_values(record: Mapping[str, Any]) -> tuple[dict[str, str], dict[str, Any]]:
-    """Return the parameters that the scenario sets or leaves at their start values, and its inputs."""
+    """Return the values that the scenario sets or leaves as they start, and its inputs."""
     scenario = load_scenario(str(record["scenario"]))
     options = RunOptions(packaging=str(record["packaging"]), variant=record.get("variant"))
     system, descriptions, _ = described(scenario, options)
     own: dict[str, str] = {}
     for part in system.components:
-        for variable in descriptions[part.name].with_causality("parameter"):
+        for variable in descriptions[part.name].variables:  # inputs too, which a scenario may set as parameters
             value = part.parameters.get(variable.name, variable.start)
             own[f"{part.name}.{variable.name}"] = _written(_read(value, variable))
     return own, {str(port): _plain(signal.record()) for port, signal in system.inputs.items()}

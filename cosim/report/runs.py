@@ -65,14 +65,14 @@ class SystemShown:
     ----------
     runs : tuple of str
         Names.
-    diagram : Diagram
-        Its drawing.
+    diagram : Diagram or None
+        Its drawing, if it is not too large.
     connections, loops : tuple of str
         As records write them.
     """
 
     runs: tuple[str, ...]
-    diagram: Diagram
+    diagram: Diagram | None
     connections: tuple[str, ...]
     loops: tuple[str, ...]
 

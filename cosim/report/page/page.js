@@ -29,9 +29,12 @@
 
   const heading = (signal) => (signal.unit ? `${signal.name} [${signal.unit}]` : signal.name);
 
+  // Bokeh would take these for the marks of mathematics, and ask for a script that draws it
+  const unmarked = (text) => text.replace(/\$\$/g, "$\u200b$").replace(/\\([[(])/g, "\\\u200b$1");
+
   const fill = (plot) => {
     const signal = data.signals[shown[plot]];
-    model(`panel-${plot}`).left[0].axis_label = heading(signal);
+    model(`panel-${plot}`).left[0].axis_label = unmarked(heading(signal));
     data.runs.forEach((_, run) => {
       const line = signal.lines[run];
       model(`source-${plot}-${run}`).data = line ? { x: numbers(line.x), y: numbers(line.y) } : { x: [], y: [] };

@@ -207,8 +207,9 @@ def _key(part: Mapping[str, Any]) -> tuple[str, str]:
 
 
 def _files(results: Mapping[str, Result]) -> list[tuple[str, str, str]]:
-    """Return model, file and hash of each FMU that ran."""
-    return list(dict.fromkeys((str(part.get("model", "")), *_key(part)) for part in _parts(results)))
+    """Return model, name of the file and hash of each FMU that ran; where it lay is nobody else's matter."""
+    told = [(str(part.get("model", "")), *_key(part)) for part in _parts(results)]
+    return list(dict.fromkeys((model, Path(file).name, digest) for model, file, digest in told))
 
 
 def _descriptions(results: Mapping[str, Result]) -> dict[tuple[str, str], Description]:

@@ -14,7 +14,7 @@ from cosim.cli.reports import write_report
 from tests.cosim.report.conftest import changed
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, ConsoleMessage, Page, Request
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = [
@@ -53,12 +53,20 @@ class Watched:
         self.page.set_default_timeout(10_000)
         self.complaints: list[str] = []
         self.requests: list[str] = []
-        self.page.on("console", lambda said: said.type in ("error", "warning") and self.complaints.append(said.text))
+        self.page.on("console", self._listen)
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("request", lambda each: each.url.startswith("data:") or self.requests.append(each.url))
+        self.page.on("request", self._note)
         self.page.goto(path.as_uri())
         self.page.wait_for_selector("html[data-ready=yes]")
         assert self.requests == [path.as_uri()]
+
+    def _listen(self, said: ConsoleMessage) -> None:
+        if said.type in ("error", "warning"):
+            self.complaints.append(said.text)
+
+    def _note(self, asked: Request) -> None:
+        if not asked.url.startswith("data:"):
+            self.requests.append(asked.url)
 
     def done(self) -> None:
         assert self.complaints == []

@@ -112,12 +112,14 @@ def gather(folders: Sequence[Path], units: str) -> dict[str, Any]:
                 dict.fromkeys(str(each.record["title"] or each.record["scenario"]) for each in results.values())
             )
             known = _descriptions(results)
+            told = [_told(name, result) for name, result in results.items()]
             lines, remarks = commands([each.record for each in results.values()])
             return {
                 "title": titles[0] if len(titles) == 1 else "Runs compared",
                 "subtitles": titles if len(titles) > 1 else [],
-                "runs": [_told(name, result) for name, result in results.items()],
+                "runs": told,
                 "headings": headings(),
+                "energies": list(dict.fromkeys(text for each in told for text in each["energy"])),
                 "switches": _switches(results),
                 "plots": plots_of(results, units),
                 "systems": _systems(results),
@@ -155,10 +157,16 @@ def _told(name: str, result: Result) -> dict[str, Any]:
         "verdict": verdict,
         "why": why,
         "cells": findings.cells(),
-        "energy": [(text, number(value)) for text, value in findings.balance().items()],
+        "energy": {text: number(value) for text, value in findings.balance().items()},
         "worst": "" if not findings.energy else number(findings.energy["worst_residual"]),
-        "said": [findings.sentence(), *statement(coupling)],
+        "said": [findings.sentence(), *_unsettled(coupling), *statement(coupling)],
     }
+
+
+def _unsettled(coupling: CouplingReport) -> list[str]:
+    """Say that values at the start went on changing, if they did."""
+    start = coupling.initialisation
+    return [] if start["settled"] else [f"values at the start did not settle in {count(start['rounds'], 'round')}"]
 
 
 def _switches(results: Mapping[str, Result]) -> list[tuple[str, str, str, str, str]]:

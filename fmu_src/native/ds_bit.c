@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "ds_collocation.h"
+#include "ds_work.h"
 
 #define SHORTEST_SLIP 1e-9 /* a release that would stop again within this part of a piece is none */
 #define MOST_HALVINGS 30   /* more are not made */
@@ -35,6 +36,19 @@ void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
     bit->stuck = 0.0;
     bit->last_stop = clock->start;
     bit->last_release = clock->start;
+    bit->earning = 0.0;
+    bit->credit = 0.0;
+}
+
+void ds_bit_endow(ds_bit *bit, double earning)
+{
+    bit->earning = earning;
+    bit->credit = DS_SAVED * earning;
+}
+
+void ds_bit_earn(ds_bit *bit, double pieces)
+{
+    bit->credit = fmin(bit->credit + pieces, DS_SAVED * bit->earning);
 }
 
 /* integrate the bit equation over the piece as it is */
@@ -49,6 +63,7 @@ static void collocate(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit,
     bit->power = slip.power;
     bit->roughness = slip.roughness;
     bit->whole = 1;
+    bit->credit = bit->credit - slip.work;
 }
 
 /* end the piece at x, which is at `fraction` of the block */
@@ -180,6 +195,7 @@ void ds_bit_finish(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
         bit->direction = 0;
         bit->halted = 1;
     }
+    ds_bit_earn(bit, bit->earning * duration);
     bit->begin = bit->end;
     if (bit->end >= 1.0) {
         bit->block += 1;

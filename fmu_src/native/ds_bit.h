@@ -35,9 +35,15 @@ typedef struct {
     double stuck;         /* s, time stuck up to `begin` */
     double last_stop;     /* s */
     double last_release;  /* s */
+    double earning;       /* 1/s, pieces it may be followed over in a second; constant */
+    double credit;        /* 1, pieces it may still be followed over; negative once they are spent */
 } ds_bit;
 
 DS_SHARED void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed);
+/* let the bit earn so many pieces a second, and begin with what it can save of them */
+DS_SHARED void ds_bit_endow(ds_bit *bit, double earning);
+/* add to the credit, as far as it can be saved */
+DS_SHARED void ds_bit_earn(ds_bit *bit, double pieces);
 DS_SHARED void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *down,
                            const ds_piece *down_ring);
 DS_SHARED void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring);

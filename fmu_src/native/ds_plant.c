@@ -47,6 +47,14 @@ int ds_plant_affords(const ds_parameters *parameters, double beta, int blocks, i
     return 0;
 }
 
+void ds_plant_spent(const ds_clock *clock, const ds_bit *bit, ds_journal *journal)
+{
+    snprintf(journal->reason, sizeof journal->reason,
+             "at t = %.9g s the bit moves so fast that a second takes more than %g times the work of the start values: "
+             "set a greater I_B, or change torque and weight less",
+             ds_clock_time(clock, bit->block, bit->begin), DS_MOST_TIMES);
+}
+
 int ds_plant_reaches(const ds_clock *clock, double end, ds_journal *journal)
 {
     if ((end - clock->start) / clock->block > MOST_BLOCKS_RUN) {

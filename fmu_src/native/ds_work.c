@@ -25,6 +25,16 @@ double ds_work_times(const ds_work *work)
     return pieces / START_PIECES;
 }
 
+double ds_work_earning(double beta, double travel_time, int blocks)
+{
+    const double least = DS_MOST_TIMES * START_PIECES;
+    if (!(beta > 0.0)) {
+        return least;
+    }
+    const double left = DS_MOST_TIMES * START_DAMPED - CROSSING * (2.0 * blocks * (blocks / travel_time));
+    return left > least ? left : least;
+}
+
 const char *ds_work_remedy(const ds_work *work)
 {
     if (answered(work) > brought(work)) {

@@ -6,6 +6,8 @@
 #include "ds_linkage.h"
 
 #define DS_MOST_TIMES 50.0 /* 1, greatest multiple of the work of the start values that is not refused */
+#define DS_SAVED 0.25          /* s, whose earnings a bit can save, and has at the start */
+#define DS_INPUT_CREDIT 100.0  /* 1, pieces that a change of an input earns: a jump comes back until it has faded */
 
 /* what the work follows from */
 typedef struct {
@@ -19,6 +21,8 @@ typedef struct {
 
 /* times the work of the start values */
 DS_SHARED double ds_work_times(const ds_work *work);
+/* pieces a second that a bit may be followed over: what blocks that cross leave [1/s] */
+DS_SHARED double ds_work_earning(double beta, double travel_time, int blocks);
 /* what to set so that there is less */
 DS_SHARED const char *ds_work_remedy(const ds_work *work);
 

@@ -27,6 +27,7 @@ from ..numerics.quartic import (
 from .clock import SNAP, Clock, Ramp
 from .delay_line import NOTHING, DelayLine
 from .slip import Accuracy, BitLaw, collocate
+from .work import SAVED, START_RATE, TooMuchWorkError
 
 SHORTEST_SLIP = 1e-9
 """A release that would stop again within this part of a piece is none: the bit stays stuck."""
@@ -72,12 +73,16 @@ class Bit:
         Integral of bit_torque times bit_speed over the piece as it was integrated, per unit of x [W].
     angle, loss, stuck : float
         Angle turned [rad], energy lost [J], time stuck [s] up to `begin`.
+    earning : float
+        Pieces it may be followed over in a second, as `models.plant.work` tells [1/s].
+    credit : float
+        Pieces it may still be followed over; it grows by `earning`, up to what a while brings.
     """
 
     __slots__ = (
-        "accuracy", "angle", "begin", "block", "clock", "direction", "end", "halted", "incident", "incoming",
-        "last_release", "last_stop", "law", "loss", "power", "releases", "roughness", "slips", "speed", "stops",
-        "stuck", "truncation", "turning", "weight", "weight_rise", "whole", "wob",
+        "accuracy", "angle", "begin", "block", "clock", "credit", "direction", "earning", "end", "halted", "incident",
+        "incoming", "last_release", "last_stop", "law", "loss", "power", "releases", "roughness", "slips", "speed",
+        "stops", "stuck", "truncation", "turning", "weight", "weight_rise", "whole", "wob",
     )  # fmt: skip
 
     def __init__(self, law: BitLaw, clock: Clock, speed: float, wob: Ramp) -> None:
@@ -98,6 +103,21 @@ class Bit:
         self.angle = self.loss = self.stuck = 0.0
         self.last_stop = self.last_release = clock.start
         self.slips = 0
+        self.endow(START_RATE)
+
+    def endow(self, earning: float) -> None:
+        """Let the bit earn so many pieces a second, and begin with what it can save of them."""
+        self.earning = earning
+        self.credit = SAVED * earning
+
+    def earn(self, pieces: float) -> None:
+        """Add to the credit, as far as it can be saved."""
+        self.credit = min(self.credit + pieces, SAVED * self.earning)
+
+    def require_credit(self) -> None:
+        """Refuse to follow the bit any further where its credit is spent."""
+        if self.credit < 0.0:
+            raise TooMuchWorkError(self.clock.time(self.block, self.begin))
 
     def open(self, down: DelayLine) -> None:
         """Take up the next piece: to the end of the incident piece, or to the first stop or release in it."""
@@ -137,6 +157,7 @@ class Bit:
             self.speed = 0.0
             self.direction = 0
             self.halted = True
+        self.earn(self.earning * duration)
         self.begin = self.end
         if self.end >= 1.0:
             self.block += 1
@@ -246,7 +267,8 @@ class Bit:
         dry = (self.weight, self.weight_rise)
         accuracy = Accuracy(self.truncation, self.accuracy.newton)
         slip = collocate(self.law, accuracy, self.direction, duration, self.speed, self.incident, dry, last_try)
-        self.turning, self.power, self.roughness = slip
+        self.turning, self.power, self.roughness, work = slip
+        self.credit = self.credit - work
         self.whole = True
 
     def _shorten(self, x: float, fraction: float) -> None:
@@ -268,4 +290,4 @@ class Bit:
         self.wob = Ramp(*state["wob"])
 
 
-_CONSTANT = frozenset({"accuracy", "clock", "law"})
+_CONSTANT = frozenset({"accuracy", "clock", "earning", "law"})

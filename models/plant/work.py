@@ -5,7 +5,9 @@ time; where the bit answers its torque faster than that, pieces are as short as 
 damping along the string two times M blocks cross in each of the M blocks.
 
 What the parameters ask for at all times is refused before the start. How the bit moves is not known by then: where it
-is thrown about, pieces are halved until a quartic follows its speed, which this does not count.
+is thrown about, pieces are halved until a quartic follows its speed. So the bit has a credit of pieces, which it spends
+by being followed, and earns as time goes by; a step in which it is spent is refused. How often inputs change is up to
+who sets them: what a change brings adds to the credit.
 """
 
 from __future__ import annotations
@@ -24,6 +26,43 @@ START_DAMPED = 6000.0
 
 MOST_TIMES = 50.0
 """Greatest multiple of these that is not refused."""
+
+START_RATE = MOST_TIMES * START_PIECES
+"""Pieces a second that the bit of a string without damping may be followed over [1/s]."""
+
+SAVED = 0.25
+"""Time whose earnings can be saved, and are there at the start [s]."""
+
+INPUT_CREDIT = 100.0
+"""Pieces that a change of an input earns: a jump comes back to the bit until it has faded."""
+
+
+class TooMuchWorkError(ArithmeticError):
+    """Refuse to follow the bit over more pieces."""
+
+    def __init__(self, time: float) -> None:
+        super().__init__(
+            f"at t = {time:.9g} s the bit moves so fast that a second takes more than {MOST_TIMES:g} times the work of "
+            "the start values: set a greater I_B, or change torque and weight less"
+        )
+
+
+def earning(beta: float, travel_time: float, blocks: int) -> float:
+    """Return how many pieces a second a bit may be followed over [1/s]: what blocks that cross leave, or `START_RATE`.
+
+    Parameters
+    ----------
+    beta : float
+        Damping along the string [N s/rad].
+    travel_time : float
+        In s.
+    blocks : int
+        Blocks in a travel time.
+    """
+    if not beta > 0.0:
+        return START_RATE
+    left = MOST_TIMES * START_DAMPED - CROSSING * (2.0 * blocks * (blocks / travel_time))
+    return left if left > START_RATE else START_RATE
 
 
 def refusal(parameters: DrillstringParameters, blocks: int, asked: int) -> str | None:

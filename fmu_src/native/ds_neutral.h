@@ -29,7 +29,7 @@ typedef struct {
     double impedance; /* N m s/rad, Z */
     int cells;        /* 1, cells in one travel time */
     int blocks;       /* 1, blocks in one travel time */
-    double earning;   /* 1/s, pieces a second that the bit may be followed over */
+    double earning;   /* 1/s, work a second that following the bit may take */
 } ds_neutral;
 
 typedef struct {

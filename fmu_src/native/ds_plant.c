@@ -38,12 +38,12 @@ int ds_plant_affords(const ds_parameters *parameters, double beta, int blocks, i
         ds_clock_blocks(cells), beta,
     };
     const double times = ds_work_times(&work);
-    if (times <= DS_MOST_TIMES) {
+    if (times <= DS_MOST_ASKED) {
         return 1;
     }
     snprintf(journal->reason, sizeof journal->reason,
              "a second takes %.4g times the work of the start values; expected at most %g: set %s", times,
-             DS_MOST_TIMES, ds_work_remedy(&work));
+             DS_MOST_ASKED, ds_work_remedy(&work));
     return 0;
 }
 

@@ -7,8 +7,9 @@
 #define TRUNCATION 1e-6        /* rad/s, or if a quartic does not follow the speed closer; on the default grid */
 #define LEAST_TRUNCATION 1e-10 /* rad/s, what this falls to on fine grids, as the sixth power of the block */
 #define MOST_TRUNCATION 0.1    /* rad/s, and rises to on coarse ones */
-#define GLANCE 0.1       /* 1, work of finding at its begin that a piece is too rough, in pieces */
-#define NEWTON_WORK 0.25 /* 1, work of a step of Newton's method; two are usual */
+#define GLANCE 0.1       /* 1, work of finding at its begin that a piece is too rough, in blocks */
+#define COLLOCATION 0.35 /* 1, work of a collocation beside the steps of Newton's method */
+#define NEWTON_WORK 0.15 /* 1, work of one of them */
 #define NEWTON_STEPS 12        /* most Newton steps of a piece; one or two are usual */
 #define NEWTON_LIMIT 3e-6      /* rad/s, correction after which no further step is taken, as the next would be about
                                 * its square; default grid, it changes as the square of the block */
@@ -142,7 +143,7 @@ ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, in
     slip_unknowns u = {{start, 0.0, 0.0, 0.0}, {g, 0.0, 0.0, 0.0}, {first.derivative, 0.0, 0.0, 0.0},
                   {first.dry, 0.0, 0.0, 0.0}};
     guess_slip(&p, incident, &u);
-    slip.work = 0.5 + NEWTON_WORK * solve_slip(&p, accuracy->newton, &u);
+    slip.work = COLLOCATION + NEWTON_WORK * solve_slip(&p, accuracy->newton, &u);
     slip.speed = ds_antiderivative(start, u.slope);
     slip.power = slip_power(law, &u);
     const double *const j = u.jacobian;

@@ -28,10 +28,13 @@ MOST_TRUNCATION = 0.1
 """Bounds to which this falls on fine grids and rises on coarse ones, as the sixth power of the block."""
 
 GLANCE = 0.1
-"""Work of finding at its begin that a piece is too rough, measured: 18 of the 200 ns that a piece takes."""
+"""Work of finding at its begin that a piece is too rough, in blocks: see `models.plant.work`."""
 
-NEWTON_WORK = 0.25
-"""Work of a step of Newton's method; a piece has the rest of its work beside the two that are usual."""
+COLLOCATION = 0.35
+"""Work of a collocation beside the steps of Newton's method."""
+
+NEWTON_WORK = 0.15
+"""Work of one of them."""
 
 NEWTON_STEPS = 12
 """Most Newton steps of a piece; two are usual."""
@@ -98,7 +101,7 @@ class Slip(NamedTuple):
     roughness : float
         How hard the speed is to follow; a piece above 1 is to be halved.
     work : float
-        What it took, in pieces.
+        What it took, in blocks.
     """
 
     speed: Quartic
@@ -156,7 +159,7 @@ def collocate(
     stiffest = max(abs(j0), abs(jacobian[0]), abs(jacobian[1]), abs(jacobian[2]))
     truncation = abs(turning[4]) * (stiffest + law.friction.rate * abs(speed[3] - start))
     roughness = max(stiffest / GREATEST_STIFFNESS, truncation / accuracy.truncation)
-    return Slip(turning, _power(law, speed, dry), roughness, 0.5 + NEWTON_WORK * steps)
+    return Slip(turning, _power(law, speed, dry), roughness, COLLOCATION + NEWTON_WORK * steps)
 
 
 class _Piece(NamedTuple):

@@ -265,14 +265,15 @@ class Bit:
         law = self.law
         _, _, dry_slope = law.friction.at(self.weight, self.direction * self.speed)
         derivative = -dry_slope - law.damping
-        end, count = self.end, 0
+        end, x, count = self.end, 1.0, 0
         while count < most:
             end = self.begin + 0.5 * (end - self.begin)
+            x = 0.5 * x
             count += 1
             duration = (end - self.begin) * self.clock.block
             if not abs(duration / law.inertia * derivative) / GREATEST_STIFFNESS > 1.0:
                 break
-        self._shorten(0.5**count, end)
+        self._shorten(x, end)
         self.credit = self.credit - HALVING
         return count
 

@@ -17,7 +17,6 @@ from typing import Any
 import pytest
 
 from fmu_src.fmus import MODELS
-from fmu_src.python.slave import TableSlave
 from fmu_src.schema import Variable
 from models.plant.work import INPUT_CREDIT, MOST_TIMES, SAVED, START_BLOCKS
 from tests.plant.drive import DAMPED, PLANTS

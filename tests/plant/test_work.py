@@ -30,8 +30,8 @@ WILD = {"v_f": 1e-6, "mu_cb": 0.0, "mu_sb": 1.0, "I_B": 1.0}
 """A light bit on rock whose friction falls at once: a wave of 1e4 rad/s throws it about faster than can be followed."""
 
 SPENT = (
-    r"plant at t = 0\.01 s: at t = 0\.38\d+ s the bit moves so fast that a second takes more than 50 times the work of the "
-    "start values: set a greater I_B, or change torque and weight less"
+    r"plant at t = 0\.01 s: at t = 0\.38\d+ s the bit moves so fast that a second takes more than 50 times the work of "
+    "the start values: set a greater I_B, or change torque and weight less"
 )
 
 

@@ -50,7 +50,9 @@ void ds_bit_endow(ds_bit *bit, double earning)
 
 void ds_bit_earn(ds_bit *bit, double work)
 {
-    bit->credit = fmin(bit->credit + work, DS_SAVED * bit->earning);
+    const double credit = bit->credit + work;
+    const double most = DS_SAVED * bit->earning;
+    bit->credit = most < credit ? most : credit;
 }
 
 /* integrate the bit equation over the piece as it is */

@@ -23,6 +23,9 @@ from tests.plant.drive import DAMPED, PLANTS
 from tests.plant.test_work import slave_of
 
 DRAWS = 40
+MOST_CALLS = 20_000_000
+"""More than any course may take: one that does not end is given up there."""
+
 USUAL_SIZE = 0.01
 """Of the steps of the default experiment [s]."""
 
@@ -56,6 +59,8 @@ def calls_of(action: Callable[[], object]) -> tuple[int, object]:
     def count(_frame: FrameType, event: str, _argument: object) -> None:
         nonlocal calls
         calls += event == "call"
+        if calls > MOST_CALLS:
+            raise RecursionError(f"more than {MOST_CALLS} calls")
 
     before = sys.getprofile()
     sys.setprofile(count)

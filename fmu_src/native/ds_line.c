@@ -161,7 +161,7 @@ void ds_line_keep_all(ds_line *line, ds_piece *ring, const ds_line *before)
 {
     const int free_places = line->capacity - before->count;
     const int pushed = line->capacity - 1 - line->left;
-    if (line->kept || line->left == 0) {
+    if (line->kept) {
         return;
     }
     for (int i = pushed > free_places ? pushed - free_places : 0; i < before->count - 1; ++i) {

@@ -152,6 +152,10 @@ static void too_fast(session *run, subject *s)
             REQUIRE(run, !subject_step(s, s->known.time, LONG[i % 4]), "a bit that is too fast is followed");
             go(s, 0.02);
         }
+        for (int i = 0; i < 400; ++i) { /* on to where it is too fast, and there from one change of an input to the next */
+            put(s, i % 3 == 0 ? "mu_sb" : "WOB", i % 3 == 0 ? 0.9 + 0.01 * (i % 7) : 9e4 + 1e3 * (i % 5));
+            subject_step(s, s->known.time, i < 50 ? 1e-3 : 1e-5 * (1 + i % 9));
+        }
         finish(s);
     }
 }

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import logging
+from functools import partial
 from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, TimeRemainingColumn
+from rich.progress import Progress, TaskID, TimeRemainingColumn
 from rich.table import Table
 
 from tests.endurance.endure import Outcome, endure
@@ -26,18 +27,24 @@ def main(
     for law in laws or ():
         if law not in RIGS:
             raise typer.BadParameter(f"there is no law '{law}'; expected one of {', '.join(RIGS)}")
-    logging.disable(logging.WARNING)  # a day has breaks that are folded
     console = Console(width=None if Console().is_terminal else WIDTH)
     outcomes: dict[str, Outcome] = {}
     with Progress(*Progress.get_default_columns()[:3], TimeRemainingColumn(), console=console) as progress:
         for law in laws or RIGS:
             task = progress.add_task(law, total=1.0)
-            outcomes[law] = endure(law, hours, seed, lambda done, task=task: progress.update(task, completed=done))
+            outcomes[law] = endure(RIGS[law], hours, seed, partial(_show, progress, task))
+            if not console.is_terminal:
+                progress.console.print(f"{law}: {'; '.join(outcomes[law].faults) or 'held'}")
     console.print(_table(outcomes))
     for law, outcome in outcomes.items():
         for fault in outcome.faults:
             console.print(f"{law}: {fault}", style="red")
     raise typer.Exit(1 if any(outcome.faults for outcome in outcomes.values()) else 0)
+
+
+def _show(progress: Progress, task: TaskID, done: float) -> None:
+    """Show which part of a law's hours is over."""
+    progress.update(task, completed=done)
 
 
 def _table(outcomes: dict[str, Outcome]) -> Table:
@@ -61,4 +68,5 @@ def _table(outcomes: dict[str, Outcome]) -> Table:
 
 
 if __name__ == "__main__":
+    logging.disable(logging.WARNING)  # a day has breaks that are folded
     typer.run(main)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from cosim.recording.result import Rows
 from cosim.run.assembly import Assembly, assembled
 from cosim.run.options import RunOptions
 from cosim.system.method import Method
-from tests.endurance.rigs import EVERY, RIGS, Rig
+from tests.endurance.rigs import EVERY, Rig
 
 STEP = 0.01
 END = 20.0
@@ -97,13 +96,12 @@ class Outcome:
     faults: tuple[str, ...]
 
 
-def endure(name: str, hours: float, seed: int = 1, progress: Progress | None = None) -> Outcome:
+def endure(rig: Rig, hours: float, seed: int = 1, progress: Progress | None = None) -> Outcome:
     """Let a law drill, and judge it.
 
     Every output is to be finite, what has limits is to keep them, the state of every FMU is to stay as large as it was,
     and after some time at nominal weight and formation the string is to turn as if nothing had been.
     """
-    rig = RIGS[name]
     draws = max(1, round(hours * 3600.0 / EVERY))
     began = time.perf_counter()
     watch, stuck = drill(rig, draws, seed, progress)
@@ -116,7 +114,7 @@ def endure(name: str, hours: float, seed: int = 1, progress: Progress | None = N
         greatest_speed=watch.greatest["drive.Omega"],
         limited=watch.limited / watch.rows,
         stuck=stuck / seconds,
-        faults=(*_beyond(rig, watch), *_wound_up(name, np.concatenate(watch.end))),
+        faults=(*_beyond(rig, watch), *_wound_up(rig, np.concatenate(watch.end))),
     )
 
 
@@ -151,20 +149,13 @@ def _beyond(rig: Rig, watch: Watch) -> list[str]:
     return faults
 
 
-def _wound_up(name: str, end: np.ndarray) -> list[str]:
-    """Compare the end with that of a law that has just been engaged."""
-    fresh = _fresh(name)
+def _wound_up(rig: Rig, end: np.ndarray) -> list[str]:
+    """Compare the end with that of a law before which next to nothing was drawn."""
+    fresh = np.concatenate(drill(rig, 1, 0)[0].end)
     apart, swing = abs(float(end.mean() - fresh.mean())), float(np.ptp(end))
     if apart <= 0.02 and swing <= 1.5 * float(np.ptp(fresh)):
         return []
-    told = RIGS[name].told
     return [
-        f"{told} is {end.mean():.4f} +- {swing / 2:.4f} rad/s in the end; without what was before {fresh.mean():.4f} "
-        f"+- {np.ptp(fresh) / 2:.4f}"
+        f"{rig.told} is {end.mean():.4f} +- {swing / 2:.4f} in the end; without what was before it is "
+        f"{fresh.mean():.4f} +- {np.ptp(fresh) / 2:.4f}"
     ]
-
-
-@cache
-def _fresh(name: str) -> np.ndarray:
-    """Return the end of a run in which next to nothing was drawn."""
-    return np.concatenate(drill(RIGS[name], 1, 0)[0].end)

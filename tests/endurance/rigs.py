@@ -206,7 +206,8 @@ def autodriller() -> Rig:
     soft = behind_a_drive("SoftTorque")
     return Rig(
         {"driller": "Autodriller", **soft.parts},
-        soft.parameters,
+        # left to itself the feed goes on for 5 s and more: then a bit can stall, and has to be lifted off
+        {**soft.parameters, "driller": {"feed_min": -0.02}},
         {**soft.wires, "driller.bit_speed": "plant.bit_speed", "plant.WOB": "driller.WOB"},
         soft.inputs,
         {**soft.bounds, "driller.WOB": FORCE},

@@ -9,7 +9,7 @@ BINS = 40
 """Parts of the window."""
 MOST_PARTS = 1e4
 """Parts and decisions in one step."""
-ON_TIME = 1e-9
+ON_TIME = 1e-6
 """What happens within this part of the time between two of a kind after the end of a step, happens at it."""
 ROUNDING = 1e-13
 """Of the clock, which is a sum of steps."""

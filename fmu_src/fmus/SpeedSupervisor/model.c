@@ -6,7 +6,7 @@
 
 #define BINS 40
 #define MOST_PARTS 1e4
-#define ON_TIME 1e-9
+#define ON_TIME 1e-6
 #define ROUNDING 1e-13
 
 enum {

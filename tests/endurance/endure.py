@@ -16,7 +16,7 @@ from cosim.system.method import Method
 from tests.endurance.rigs import EVERY, Rig
 
 STEP = 0.01
-END = 20.0
+END = 60.0
 """Seconds at the end over which it is told whether something is wound up."""
 
 Progress = Callable[[float], None]
@@ -150,12 +150,15 @@ def _beyond(rig: Rig, watch: Watch) -> list[str]:
 
 
 def _wound_up(rig: Rig, end: np.ndarray) -> list[str]:
-    """Compare the end with that of a law before which next to nothing was drawn."""
+    """Compare the end with that of a law before which next to nothing was drawn.
+
+    Sensors are noisy, so that no two ends are the same: deviations of a minute were seen to differ by a fifth.
+    """
     fresh = np.concatenate(drill(rig, 1, 0)[0].end)
-    apart, swing = abs(float(end.mean() - fresh.mean())), float(np.ptp(end))
-    if apart <= 0.02 and swing <= 1.5 * float(np.ptp(fresh)):
+    apart, swing = abs(float(end.mean() - fresh.mean())), float(end.std())
+    if apart <= rig.near and swing <= 1.5 * float(fresh.std()) + 1e-3:
         return []
     return [
-        f"{rig.told} is {end.mean():.4f} +- {swing / 2:.4f} in the end; without what was before it is "
-        f"{fresh.mean():.4f} +- {np.ptp(fresh) / 2:.4f}"
+        f"{rig.told} is {end.mean():.4f} with a deviation of {swing:.4f} in the end; without what was before it is "
+        f"{fresh.mean():.4f} with {fresh.std():.4f}"
     ]

@@ -91,6 +91,8 @@ class Rig:
         Output whose end tells whether something is wound up.
     afterwards : float
         Seconds at nominal weight and formation after the last draw, by whose end the law has forgotten what was before.
+    near : float
+        How far the mean of what is told may be from that of a law before which next to nothing was drawn.
     plain : tuple of str
         Targets that take a number whatever its unit.
     """
@@ -104,7 +106,8 @@ class Rig:
     weight: str = "plant.WOB"
     switch: str = "law.enabled"
     told: str = "plant.bit_speed"
-    afterwards: float = 90.0
+    afterwards: float = 150.0
+    near: float = 0.02
     plain: tuple[str, ...] = ()
 
     def system(self, draws: int, seed: int) -> System:
@@ -243,7 +246,30 @@ def heard_from_downhole() -> Rig:
         {**soft.bounds, "link.measured": (0.0, 40.0), "link.age": (0.0, 3.0)},
         soft.limits,
         told="link.measured",
+        near=0.05,  # a third of a quantum; sixty values a minute scatter by half of one
         plain=("link.value",),
+    )
+
+
+def supervised() -> Rig:
+    """Return the rig of SpeedSupervisor, which raises the speed by what MudPulse brings it of its own severity."""
+    return Rig(
+        {"supervisor": "SpeedSupervisor", "link": "MudPulse", "drive": "TopDrive", "plant": "DrillstringNeutral"},
+        {"link": {"range": 5.0, "loss": 0.1}, "drive": NOISE},
+        {
+            **_DRIVEN,
+            "supervisor.bit_speed": "plant.bit_speed",
+            "link.value": "supervisor.severity",
+            "supervisor.measured": "link.measured",
+            "supervisor.valid": "link.valid",
+            "drive.Omega_command": "supervisor.speed_ref",
+        },
+        {},
+        {"supervisor.severity": (0.0, 5.0), "supervisor.speed_ref": (10.0, 20.0), **_OF_DRIVE},
+        ("supervisor.limit_active", "drive.limit_active"),
+        switch="supervisor.enabled",
+        told="supervisor.severity",
+        afterwards=600.0,  # from 10 rad/s it takes him up to five minutes
     )
 
 
@@ -258,5 +284,6 @@ RIGS: Mapping[str, Rig] = {
     "autodriller": autodriller(),
     "observer": seen_from_the_top(),
     "mud-pulse": heard_from_downhole(),
+    "supervisor": supervised(),
 }
 """By what they are called at the command line."""

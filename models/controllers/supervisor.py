@@ -53,7 +53,7 @@ class Supervision(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What a supervisor is given: bit speed [rad/s], its slope [rad/s^2], what arrives at the top, and its switch."""
+    """Hold what a supervisor is given: bit speed [rad/s] and slope [rad/s^2], what arrives at the top, its switch."""
 
     bit_speed: float
     slope: float

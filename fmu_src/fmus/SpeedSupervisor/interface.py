@@ -11,6 +11,7 @@ from ...rows import (
     references_terminal,
     sampled_row,
     telemetry_terminal,
+    weight_terminal,
 )
 from ...schema import Model, Variable
 from . import page
@@ -37,5 +38,9 @@ MODEL = Model(
     use=page.USE,
     equations=page.EQUATIONS,
     limits=page.LIMITS,
-    terminals=(telemetry_terminal("severity", "measured", "valid"), references_terminal("speed_ref", "enabled")),
+    terminals=(
+        weight_terminal("bit_speed"),
+        telemetry_terminal("severity", "measured", "valid"),
+        references_terminal("speed_ref", "enabled"),
+    ),
 )  # fmt: skip

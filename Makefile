@@ -13,6 +13,9 @@ else
 BIN    := $(VENV)/bin
 endif
 
+# What Python has compiled is kept, whatever the shell says: the tests start thousands of processes that import the same.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify endurance coverage sanitize fuzz bench wheel \
     check-release pins hunt clean
 
@@ -31,7 +34,7 @@ UV  ?= $(shell test -w "$$HOME" && command -v uv 2>/dev/null)
 PIP ?=
 define install
 	@echo "installing what $(1) pins, with $(or $(UV),pip)"
-	@$(if $(UV),$(UV) pip install --python $(BIN)/python,$(BIN)/python -m pip install --disable-pip-version-check) \
+	@$(if $(UV),$(UV) pip install --compile-bytecode --python $(BIN)/python,$(BIN)/python -m pip install --disable-pip-version-check) \
 	    --require-hashes -r $(1)
 endef
 

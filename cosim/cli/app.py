@@ -1,18 +1,10 @@
-"""Define the command `cosim`; each of its commands imports what it needs, so that help and lists are there at once.
-
-It also hands out the FMUs as files for other tools: those that are there, copies of them, and built anew.
-"""
+"""Define the command `cosim`; each of its commands imports what it needs, so that help and lists are there at once."""
 
 from __future__ import annotations
 
-import os
+import math
 import shlex
-import shutil
-import subprocess
 import sys
-import tempfile
-from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,12 +14,14 @@ from rich.table import Table
 from rich.text import Text
 
 from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
-from cosim.errors import FmuFileError, InputError, MissingPackageError, OutputError, suggestion
+from cosim.errors import InputError
 from cosim.fmi2.isolation import Limits
-from cosim.fmi2.locate import PACKAGINGS, build_script, how_to_build, promised_fmus
+from cosim.fmi2.locate import PACKAGINGS, promised_fmus
 
 if TYPE_CHECKING:
+    from cosim.drilling.reporting import Looks
     from cosim.run.options import Streaming
+    from cosim.scenario.scenario import Scenario
     from cosim.system.signals import Value
 
 ScenarioArgument = Annotated[
@@ -48,8 +42,13 @@ OnFailureOption = Annotated[
 SetOption = Annotated[
     list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
 ]
+ParametersOption = Annotated[
+    list[Path] | None,
+    typer.Option(help="Values for the component that is the FMU of this file, as of `cosim tune`; repeatable."),
+]
 TimeLimitOption = Annotated[float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")]
 MemoryLimitOption = Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")]
+WorkersOption = Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor.")]
 StreamOption = Annotated[
     bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
 ]
@@ -105,6 +104,19 @@ def list_scenarios() -> None:
 
 
 @app.command()
+def info(
+    what: Annotated[str, typer.Argument(help="An .fmu file, the name of an FMU or a scenario, or its file.")],
+    packaging: PackagingOption = "native",
+    variant: Annotated[str | None, typer.Option(help="Of a scenario; by default the first.")] = None,
+) -> None:
+    """Show what an FMU or a scenario is made of: variables, units, ranges; connections, loops, stepping order."""
+    from cosim.cli.information import print_information
+
+    with sentences():
+        print_information(new_console(), what, packaging, variant)
+
+
+@app.command()
 def run(
     scenario: ScenarioArgument,
     packaging: PackagingOption = "native",
@@ -114,6 +126,7 @@ def run(
     on_failure: OnFailureOption = None,
     stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
     set_: SetOption = None,
+    parameters: ParametersOption = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
     output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/<scenario>.")] = None,
     isolate: Annotated[bool, typer.Option("--isolate", help="Run each FMU in a process of its own.")] = False,
@@ -135,7 +148,7 @@ def run(
             algorithm=algorithm,
             step_size=step_size,
             stop_time=stop_time,
-            overrides=dict(_override(text) for text in set_ or ()),
+            overrides=_overrides(loaded, packaging, parameters, set_),
             tolerance=tolerance,
             on_failure=on_failure,
             isolate=isolate,
@@ -162,6 +175,27 @@ def resume(
         with progress_bar() as bar:
             manifest = resume_job(folder.absolute(), bar.show, bar.progress)
         print_manifest(manifest, folder)
+
+
+@app.command()
+def plot(
+    folders: Annotated[list[Path], typer.Argument(help="Of finished runs.", metavar="FOLDER...")],
+    signal: Annotated[list[str] | None, typer.Option(help="What to show, component.variable; repeatable.")] = None,
+    variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
+    begin: Annotated[float, typer.Option("--from", help="Time to begin at in s.")] = -math.inf,
+    end: Annotated[float, typer.Option("--to", help="Time to end at in s.")] = math.inf,
+    overlay: Annotated[bool, typer.Option("--overlay", help="Draw runs over each other, not beside.")] = False,
+    units: Annotated[str, typer.Option(help="si, or field: rpm, klbf, kft.lbf.")] = "si",
+    format_: Annotated[str | None, typer.Option("--format", help="png, svg or pdf, by default as the file.")] = None,
+    output: Annotated[Path | None, typer.Option(help="File for the figure, by default plot.png.")] = None,
+) -> None:
+    """Draw finished runs over time, beside each other or over each other, into one figure."""
+    from cosim.cli.figure import draw_runs
+
+    with sentences():
+        looks: Looks = {"begin": begin, "end": end, "overlay": overlay, "units": units}
+        target = draw_runs(folders, signal or (), variant or (), looks, format_, output)
+        new_console().print(Text(f"wrote {target}"), soft_wrap=True)
 
 
 @app.command()
@@ -234,7 +268,10 @@ def league(
     law: Annotated[list[str] | None, typer.Option(help="Only this law; repeatable.")] = None,
     condition: Annotated[list[str] | None, typer.Option(help="Only this condition; repeatable.")] = None,
     add: Annotated[list[Path] | None, typer.Option(help="An .fmu file that takes part besides; repeatable.")] = None,
-    workers: Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor.")] = 0,
+    parameters: Annotated[
+        list[Path] | None, typer.Option(help="A law of `cosim tune` that takes part besides; repeatable.")
+    ] = None,
+    workers: WorkersOption = 0,
     output: Annotated[Path, typer.Option(help="Folder for scores, limits and figure.")] = Path("runs/league"),
 ) -> None:
     """Judge laws against stick-slip: each under each condition, with a real drive; show who frees the string, when."""
@@ -244,12 +281,57 @@ def league(
     from cosim.league.playing import play
 
     with sentences():
-        laws = [*(law or ()), *(path.stem for path in add or () if law)]
-        chosen = load_league(file or USUAL, add).only(laws, condition or [])
+        every = load_league(file or USUAL, add, parameters)
+        besides = [each.name for each in every.laws[len(every.laws) - len([*(add or ()), *(parameters or ())]) :]]
+        chosen = every.only([*law, *besides] if law else [], condition or [])
         table.prepare(output)
         with progress_bar() as bar:
             standings = play(chosen, workers, bar.one_task("playing"))
         print_standings(standings, table.write(standings, output))
+
+
+@app.command()
+def tune(
+    law: Annotated[str, typer.Argument(help="A law of the league, or an FMU: its name or file.", metavar="LAW")],
+    league: Annotated[
+        Path | None, typer.Option(help="A .toml file of laws and conditions; by default the field's.")
+    ] = None,
+    condition: Annotated[
+        list[str] | None, typer.Option(help="A condition to tune for, by default those that are not hard; repeatable.")
+    ] = None,
+    gain: Annotated[
+        list[str] | None, typer.Option(help="What is free, name=low:high; by default what the league says; repeatable.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the search: the same seed, the same result.")] = 1,
+    budget: Annotated[int, typer.Option(help="Candidates to look at; a greater one goes on.")] = 150,
+    reflection: Annotated[
+        float, typer.Option(help="Margin: greatest part of a wave that may come back from the top, by linear theory.")
+    ] = 1.0,
+    damping: Annotated[
+        float, typer.Option(help="Margin: least rate in 1/s at which small motions have to die away.")
+    ] = 0.0,
+    workers: WorkersOption = 0,
+    output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/tune/<law>.")] = None,
+) -> None:
+    """Tune the gains of a law under conditions of the league; goes on with a tuning that was interrupted."""
+    with sentences():
+        from cosim.cli.league_table import print_tuned
+        from cosim.league.tuning import search, table
+
+        tuning = search.prepare(
+            law,
+            league,
+            conditions=condition or (),
+            gains=gain or (),
+            seed=seed,
+            budget=budget,
+            reflection=reflection,
+            damping=damping,
+        )
+        folder = output or Path("runs", "tune", tuning.law.name)
+        with progress_bar() as bar:
+            tuned = search.tune(tuning, folder, workers, bar.one_task("tuning"))
+        print_tuned(tuned, table.write(tuned, folder))
 
 
 @app.command()
@@ -261,6 +343,8 @@ def fmus(
     force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
 ) -> None:
     """Hand out the FMU files, for the tool that is to import them."""
+    from cosim.cli.fmu_files import available_fmus, copy_fmus
+
     with sentences():
         console = new_console()
         if folder is None:
@@ -277,6 +361,8 @@ def fmus(
 )
 def build(arguments: typer.Context) -> None:
     """Build the FMUs anew, of either packaging, or that of a law of your own; --help says how."""
+    from cosim.cli.fmu_files import build_fmus
+
     with sentences():
         code = build_fmus(arguments.args)
     raise typer.Exit(code)
@@ -333,6 +419,18 @@ def _stride(text: str) -> tuple[str, int]:
     return pattern.strip() or "*", int(number)
 
 
+def _overrides(
+    scenario: Scenario, packaging: str, parameters: list[Path] | None, set_: list[str] | None
+) -> dict[str, Value]:
+    """Read values from parameter files, and those given one by one on top of them."""
+    from cosim.scenario.parameters import load_parameters
+
+    given: dict[str, Value] = {}
+    for path in parameters or ():
+        given |= load_parameters(path).overrides(scenario, packaging)
+    return given | dict(_override(text) for text in set_ or ())
+
+
 def _override(text: str) -> tuple[str, Value]:
     """Take ``component.variable=value`` apart; the value is read by the type of the variable."""
     from cosim.system.compatibility import Written
@@ -341,80 +439,3 @@ def _override(text: str) -> tuple[str, Value]:
     if not equals or not value:
         raise InputError(f"--set {text}: expected the form component.variable=value")
     return name.strip(), Written(value.strip())
-
-
-_NEEDED = ("ziglang", "pythonfmu", "jinja2")
-
-
-def available_fmus(packaging: str) -> dict[str, Path]:
-    """Return the files of the FMUs of this project, by name.
-
-    Raises
-    ------
-    InputError
-        If there is no such packaging.
-    FmuFileError
-        If there are none.
-    """
-    if packaging not in PACKAGINGS:
-        raise InputError(f"there is no packaging '{packaging}'{suggestion(packaging, PACKAGINGS)}")
-    found = promised_fmus(packaging)
-    if not found:
-        raise FmuFileError(f"there are no FMUs of the {packaging} packaging here{how_to_build(packaging)}")
-    return found
-
-
-def copy_fmus(folder: Path, packaging: str, *, replace: bool = False) -> list[Path]:
-    """Copy the FMUs into a folder, each whole or not at all; return the paths of the copies.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it is not there.
-    packaging : str
-        ``"native"`` or ``"python"``.
-    replace : bool, optional
-        Whether files of the same names and other content are replaced.
-
-    Raises
-    ------
-    InputError
-        If there is no such packaging, or a file of another content stands where a copy is to go: nothing is written.
-    FmuFileError
-        If there are no FMUs.
-    OutputError
-        If the folder cannot be written.
-    """
-    sources = available_fmus(packaging)
-    targets = {folder / source.name: source for source in sources.values()}
-    try:
-        if not replace:
-            for target, source in targets.items():
-                if target.exists() and target.read_bytes() != source.read_bytes():
-                    raise InputError(f"{target} is there already and is another file; expected --force to replace it")
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".fmus-", dir=folder) as draft:
-            for target, source in targets.items():
-                copy = shutil.copyfile(source, Path(draft) / source.name)
-                os.replace(copy, target)
-    except OSError as error:
-        raise OutputError(f"folder {folder} cannot be written: {error.strerror or error}") from error
-    return list(targets)
-
-
-def build_fmus(arguments: Sequence[str]) -> int:
-    """Build FMUs in a process of its own, by the options of `build_fmu.py`; return its exit code.
-
-    Raises
-    ------
-    MissingPackageError
-        If what building needs is not installed.
-    """
-    missing = [name for name in _NEEDED if find_spec(name) is None]
-    if missing:
-        brings = 'pip install "drillstring-cosim[build]" brings all of it'
-        raise MissingPackageError(f"building FMUs needs {', '.join(missing)}; {brings}")
-    script = build_script()
-    how = ["-m", "cosim.fmu_src.build"] if script is None else [str(script)]
-    command = [sys.executable, *how, *arguments]
-    return subprocess.run(command, check=False).returncode

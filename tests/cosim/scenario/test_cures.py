@@ -120,7 +120,7 @@ def test_a_string_starts_up_without_stick_slip_by_a_soft_drive_or_by_weight_that
     assert severity(ordinary) > 1.0
 
 
-@pytest.mark.parametrize(("name", "variant"), [("supervision", "mud-pulse"), ("observed-supervision", None)])
+@pytest.mark.parametrize(("name", "variant"), [("supervision", "mud-pulse"), ("top-supervision", None)])
 def test_a_supervisor_raises_the_speed_until_the_string_is_free(name: str, variant: str | None) -> None:
     result = simulate(load_scenario(name), variant=variant)
     raised = result.time[1:][np.diff(result["supervisor.speed_ref"]) > 0.0]

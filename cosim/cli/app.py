@@ -21,6 +21,7 @@ from cosim.fmi2.locate import PACKAGINGS, promised_fmus
 if TYPE_CHECKING:
     from cosim.drilling.reporting import Looks
     from cosim.run.options import Streaming
+    from cosim.scenario.scenario import Scenario
     from cosim.system.signals import Value
 
 ScenarioArgument = Annotated[
@@ -41,8 +42,13 @@ OnFailureOption = Annotated[
 SetOption = Annotated[
     list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
 ]
+ParametersOption = Annotated[
+    list[Path] | None,
+    typer.Option(help="Values for the component that is the FMU of this file, as of `cosim tune`; repeatable."),
+]
 TimeLimitOption = Annotated[float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")]
 MemoryLimitOption = Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")]
+WorkersOption = Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor.")]
 StreamOption = Annotated[
     bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
 ]
@@ -120,6 +126,7 @@ def run(
     on_failure: OnFailureOption = None,
     stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
     set_: SetOption = None,
+    parameters: ParametersOption = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
     output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/<scenario>.")] = None,
     isolate: Annotated[bool, typer.Option("--isolate", help="Run each FMU in a process of its own.")] = False,
@@ -141,7 +148,7 @@ def run(
             algorithm=algorithm,
             step_size=step_size,
             stop_time=stop_time,
-            overrides=dict(_override(text) for text in set_ or ()),
+            overrides=_overrides(loaded, packaging, parameters, set_),
             tolerance=tolerance,
             on_failure=on_failure,
             isolate=isolate,
@@ -261,7 +268,10 @@ def league(
     law: Annotated[list[str] | None, typer.Option(help="Only this law; repeatable.")] = None,
     condition: Annotated[list[str] | None, typer.Option(help="Only this condition; repeatable.")] = None,
     add: Annotated[list[Path] | None, typer.Option(help="An .fmu file that takes part besides; repeatable.")] = None,
-    workers: Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor.")] = 0,
+    parameters: Annotated[
+        list[Path] | None, typer.Option(help="A law of `cosim tune` that takes part besides; repeatable.")
+    ] = None,
+    workers: WorkersOption = 0,
     output: Annotated[Path, typer.Option(help="Folder for scores, limits and figure.")] = Path("runs/league"),
 ) -> None:
     """Judge laws against stick-slip: each under each condition, with a real drive; show who frees the string, when."""
@@ -271,12 +281,57 @@ def league(
     from cosim.league.playing import play
 
     with sentences():
-        laws = [*(law or ()), *(path.stem for path in add or () if law)]
-        chosen = load_league(file or USUAL, add).only(laws, condition or [])
+        every = load_league(file or USUAL, add, parameters)
+        besides = [each.name for each in every.laws[len(every.laws) - len([*(add or ()), *(parameters or ())]) :]]
+        chosen = every.only([*law, *besides] if law else [], condition or [])
         table.prepare(output)
         with progress_bar() as bar:
             standings = play(chosen, workers, bar.one_task("playing"))
         print_standings(standings, table.write(standings, output))
+
+
+@app.command()
+def tune(
+    law: Annotated[str, typer.Argument(help="A law of the league, or an FMU: its name or file.", metavar="LAW")],
+    league: Annotated[
+        Path | None, typer.Option(help="A .toml file of laws and conditions; by default the field's.")
+    ] = None,
+    condition: Annotated[
+        list[str] | None, typer.Option(help="A condition to tune for, by default those that are not hard; repeatable.")
+    ] = None,
+    gain: Annotated[
+        list[str] | None, typer.Option(help="What is free, name=low:high; by default what the league says; repeatable.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the search: the same seed, the same result.")] = 1,
+    budget: Annotated[int, typer.Option(help="Candidates to look at; a greater one goes on.")] = 150,
+    reflection: Annotated[
+        float, typer.Option(help="Margin: greatest part of a wave that may come back from the top, by linear theory.")
+    ] = 1.0,
+    damping: Annotated[
+        float, typer.Option(help="Margin: least rate in 1/s at which small motions have to die away.")
+    ] = 0.0,
+    workers: WorkersOption = 0,
+    output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/tune/<law>.")] = None,
+) -> None:
+    """Tune the gains of a law under conditions of the league; goes on with a tuning that was interrupted."""
+    with sentences():
+        from cosim.cli.league_table import print_tuned
+        from cosim.league.tuning import search, table
+
+        tuning = search.prepare(
+            law,
+            league,
+            conditions=condition or (),
+            gains=gain or (),
+            seed=seed,
+            budget=budget,
+            reflection=reflection,
+            damping=damping,
+        )
+        folder = output or Path("runs", "tune", tuning.law.name)
+        with progress_bar() as bar:
+            tuned = search.tune(tuning, folder, workers, bar.one_task("tuning"))
+        print_tuned(tuned, table.write(tuned, folder))
 
 
 @app.command()
@@ -362,6 +417,18 @@ def _stride(text: str) -> tuple[str, int]:
     if not number.strip().isdigit():
         raise InputError(f"--every {text}: expected a number of rows, or the form pattern=number")
     return pattern.strip() or "*", int(number)
+
+
+def _overrides(
+    scenario: Scenario, packaging: str, parameters: list[Path] | None, set_: list[str] | None
+) -> dict[str, Value]:
+    """Read values from parameter files, and those given one by one on top of them."""
+    from cosim.scenario.parameters import load_parameters
+
+    given: dict[str, Value] = {}
+    for path in parameters or ():
+        given |= load_parameters(path).overrides(scenario, packaging)
+    return given | dict(_override(text) for text in set_ or ())
 
 
 def _override(text: str) -> tuple[str, Value]:

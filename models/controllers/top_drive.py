@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from models.numerics.low_pass import fading
-from models.numerics.noise import normal
+from ..numerics.low_pass import fading
+from ..numerics.noise import normal
 
 LONGEST_QUEUE = 64
 """Sample times by which commands can be delayed."""
 MOST_SAMPLES = 1e6
 """In one step."""
-ON_TIME = 1e-9
-"""A sample within this part of the sample time before the end of a step is taken at it."""
+ON_TIME = 1e-6
+"""A sample within this part of the sample time before the end of a step is taken at it: times are rounded."""
 
 
 class Signals(NamedTuple):

@@ -24,13 +24,32 @@ if TYPE_CHECKING:
     from cosim.scenario.scenario import Scenario
     from cosim.system.signals import Value
 
+
+def seconds(text: str) -> float:
+    """Read a time in s, or with a unit, as ``2 min``."""
+    from cosim.system.field_units import in_unit
+
+    try:
+        return in_unit(text, "s", "it")
+    except InputError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
 ScenarioArgument = Annotated[
     str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
 ]
 PackagingOption = Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")]
 AlgorithmOption = Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")]
 StepSizeOption = Annotated[
-    float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
+    float | None,
+    typer.Option(
+        help="Communication step size, in s or with a unit; with a tolerance, the greatest.",
+        parser=seconds,
+        metavar="TIME",
+    ),
+]
+StopTimeOption = Annotated[
+    float | None, typer.Option(help="End of the run, in s or with a unit.", parser=seconds, metavar="TIME")
 ]
 ToleranceOption = Annotated[
     float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")
@@ -124,7 +143,7 @@ def run(
     step_size: StepSizeOption = None,
     tolerance: ToleranceOption = None,
     on_failure: OnFailureOption = None,
-    stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
+    stop_time: StopTimeOption = None,
     set_: SetOption = None,
     parameters: ParametersOption = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
@@ -182,8 +201,10 @@ def plot(
     folders: Annotated[list[Path], typer.Argument(help="Of finished runs.", metavar="FOLDER...")],
     signal: Annotated[list[str] | None, typer.Option(help="What to show, component.variable; repeatable.")] = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
-    begin: Annotated[float, typer.Option("--from", help="Time to begin at in s.")] = -math.inf,
-    end: Annotated[float, typer.Option("--to", help="Time to end at in s.")] = math.inf,
+    begin: Annotated[
+        float | None, typer.Option("--from", help="When to begin.", parser=seconds, metavar="TIME")
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", help="When to end.", parser=seconds, metavar="TIME")] = None,
     overlay: Annotated[bool, typer.Option("--overlay", help="Draw runs over each other, not beside.")] = False,
     units: Annotated[str, typer.Option(help="si, or field: rpm, klbf, kft.lbf.")] = "si",
     format_: Annotated[str | None, typer.Option("--format", help="png, svg or pdf, by default as the file.")] = None,
@@ -193,7 +214,8 @@ def plot(
     from cosim.cli.figure import draw_runs
 
     with sentences():
-        looks: Looks = {"begin": begin, "end": end, "overlay": overlay, "units": units}
+        times = (-math.inf if begin is None else begin, math.inf if end is None else end)
+        looks: Looks = {"begin": times[0], "end": times[1], "overlay": overlay, "units": units}
         target = draw_runs(folders, signal or (), variant or (), looks, format_, output)
         new_console().print(Text(f"wrote {target}"), soft_wrap=True)
 

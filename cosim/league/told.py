@@ -108,7 +108,7 @@ def _undamaged(folder: Path) -> Generator[None]:
         yield
     except OSError as error:
         raise InputError(f"{folder} cannot be read: {error.filename or ''} {why(error)}") from error
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError, csv.Error) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, csv.Error) as error:
         what = f"{error} is missing" if isinstance(error, KeyError) else why(error)
         raise InputError(f"{folder} holds a league that is damaged: {what}") from error
 

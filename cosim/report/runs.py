@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from cosim.drilling.reporting import Findings, headings
-from cosim.errors import InputError, OutputError
-from cosim.files import read_file
+from cosim.errors import InputError
+from cosim.files import read_file, why
 from cosim.fmi2.model_description import read_description
 from cosim.recording.result import Result
 from cosim.report.diagram import Diagram, lay_out, ways
@@ -21,7 +22,7 @@ from cosim.report.plots import number, plots_of
 from cosim.report.reproduce import commands
 from cosim.report.statement import count, statement
 from cosim.run.opened import open_variants
-from cosim.run.report import CouplingReport, undamaged
+from cosim.run.report import MANIFEST, CouplingReport
 from cosim.system.description import Description
 from cosim.system.field_units import shown_in
 
@@ -105,35 +106,38 @@ def gather(folders: Sequence[Path], units: str) -> dict[str, Any]:
         If a folder holds no finished run, or its record is not as it was written.
     """
     results = opened(folders)
-    first = next(iter(results.values())).record
+    records = [result.record for result in results.values()]
+    with _undamaged(folders):
+        titles = list(dict.fromkeys(str(record["title"] or record["scenario"]) for record in records))
+        known = _descriptions(results)
+        told = [_told(name, result) for name, result in results.items()]
+        lines, remarks = commands(records)
+        return {
+            "title": titles[0] if len(titles) == 1 else "Runs compared",
+            "subtitles": titles if len(titles) > 1 else [],
+            "runs": told,
+            "headings": headings(),
+            "energies": list(dict.fromkeys(text for each in told for text in each["energy"])),
+            "switches": _switches(results),
+            "plots": plots_of(results, units),
+            "systems": _systems(results),
+            "files": _files(results),
+            "parameters": _parameters(results, known, units),
+            "unknown": sorted({_key(part)[0] for part in _parts(results) if _key(part) not in known}),
+            "inputs": _inputs(results),
+            "commands": lines,
+            "remarks": remarks,
+        }
+
+
+@contextmanager
+def _undamaged(folders: Sequence[Path]) -> Generator[None]:
+    """Say in a sentence that what manifests tell is not as it was written."""
     try:
-        with undamaged(folders[0]):
-            titles = list(
-                dict.fromkeys(str(each.record["title"] or each.record["scenario"]) for each in results.values())
-            )
-            known = _descriptions(results)
-            told = [_told(name, result) for name, result in results.items()]
-            lines, remarks = commands([each.record for each in results.values()])
-            return {
-                "title": titles[0] if len(titles) == 1 else "Runs compared",
-                "subtitles": titles if len(titles) > 1 else [],
-                "runs": told,
-                "headings": headings(),
-                "energies": list(dict.fromkeys(text for each in told for text in each["energy"])),
-                "switches": _switches(results),
-                "plots": plots_of(results, units),
-                "systems": _systems(results),
-                "files": _files(results),
-                "parameters": _parameters(results, known, units),
-                "unknown": sorted({_key(part)[0] for part in _parts(results) if _key(part) not in known}),
-                "inputs": _inputs(results),
-                "units": units,
-                "commands": lines,
-                "remarks": remarks,
-                "versions": dict(first["versions"]),
-            }
-    except OutputError as error:
-        raise InputError(str(error)) from error
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else why(error)
+        raise InputError(f"{' or '.join(map(str, folders))}: {MANIFEST} is damaged: {what}") from error
 
 
 def _told(name: str, result: Result) -> dict[str, Any]:

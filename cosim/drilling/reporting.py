@@ -18,9 +18,15 @@ import numpy as np
 from cosim.drilling import energy, oscillation
 from cosim.drilling.energy import energy_balance, folding_sentence
 from cosim.drilling.oscillation import Measures, measure
+from cosim.drilling.severity import rotation_of, severity_of
 from cosim.errors import printable
 from cosim.files import replace_file
 from cosim.recording.result import Column, Result
+
+__all__ = [
+    "Findings", "blank_figure", "default_signals", "draw", "find", "headings", "rotation_of", "save_figure",
+    "severity_of", "watched",
+]  # fmt: skip
 
 Found = TypeVar("Found")
 

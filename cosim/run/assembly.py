@@ -81,15 +81,15 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
 
     variant = scenario.variant(options.variant)
     method = options.method(scenario)
-    system = _system(scenario, variant, options)
-    paths = _paths(system, options.packaging, scenario.folder)
+    system = chosen_system(scenario, variant, options)
+    paths = fmu_paths(system, options.packaging, scenario.folder)
     found = {name: read_description(path) for name, path in paths.items()}
     found |= describe_functions(system, found)
     descriptions = {part.name: found[part.name] for part in system.components}
     system = read_written(system, descriptions)
     _tell_flaws(paths, descriptions)
     system = in_declared_units(system, descriptions)
-    isolated = _apart(paths, _isolated(system, options.isolate))
+    isolated = modules_apart(paths, _isolated(system, options.isolate))
     _refuse_twins(paths, {name: descriptions[name] for name in paths if name not in isolated})
     began = time.perf_counter()
     with ExitStack() as stack:
@@ -118,7 +118,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             "scenario": scenario.name,
             "variant": variant.name if variant else None,
             "packaging": options.packaging,
-            "components": _components(system, paths, descriptions),
+            "components": record_components(system, paths, descriptions),
             "isolated": sorted(isolated),
             "inputs": {name: signal.record() for name, signal in system.inputs.items()},
             "versions": versions(),
@@ -141,7 +141,7 @@ def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: 
             start_values(replace(part, parameters=given), known[path])
 
 
-def _system(scenario: Scenario, variant: Variant | None, options: RunOptions) -> System:
+def chosen_system(scenario: Scenario, variant: Variant | None, options: RunOptions) -> System:
     """Return what is run: the scenario's system, functions in it, and values on top."""
     if not options.components and not options.connections:
         return scenario.system_of(variant, options.overrides)
@@ -149,7 +149,7 @@ def _system(scenario: Scenario, variant: Variant | None, options: RunOptions) ->
     return system.with_values(options.overrides or {})
 
 
-def _paths(system: System, packaging: str, folder: Path | None) -> dict[str, Path]:
+def fmu_paths(system: System, packaging: str, folder: Path | None) -> dict[str, Path]:
     """Find the files of the components that are FMUs."""
     parts = [part for part in system.components if not callable(part.fmu)]
     return {part.name: locate_fmu(part.fmu, packaging, folder) for part in parts}
@@ -203,7 +203,7 @@ def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]
     return frozenset(asked)
 
 
-def _apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str]:
+def modules_apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str]:
     """Isolate as well what would run Python modules of another FMU, or of this program, in the place of its own."""
     from cosim.fmi2.python_modules import brought_modules, differing_module, hold
 
@@ -271,7 +271,7 @@ def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Descript
         seen[description.guid] = name
 
 
-def _components(
+def record_components(
     system: System, paths: Mapping[str, Path], descriptions: Mapping[str, Description]
 ) -> dict[str, dict[str, Any]]:
     """Say which file or function each component is, and every parameter it ran with, given or by default."""

@@ -1,0 +1,178 @@
+"""Run a scenario over everything that varies, and keep what comes of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Unpack
+
+from cosim.drilling import reporting
+from cosim.errors import InputError, SweepInterruptedError
+from cosim.run.options import OptionKeywords, RunOptions, chosen
+from cosim.scenario.file import opened_scenario
+from cosim.scenario.scenario import Scenario
+from cosim.sweeps.crew import Crew, dask_cluster, process_pool
+from cosim.sweeps.design import METHODS, Axis, Values, product, read_values, sampled
+from cosim.sweeps.dispatch import Dispatcher
+from cosim.sweeps.measures import Beginning, Measures, final_values
+from cosim.sweeps.plan import Opened, Sweep, make_sweep, open_system
+from cosim.sweeps.store import SweepStore, opened_store, read_store
+from cosim.sweeps.work import Done
+
+Progress = Callable[[str, float], None]
+"""Takes how far it is, in words, and which part of all is done, from 0 to 1."""
+
+_FLUSH = 10.0
+"""Seconds after which what is done is written for readers, though its regions are not complete."""
+
+
+def sweep(
+    scenario: Scenario | str | Path,
+    output: str | Path,
+    *,
+    grid: Mapping[str, Values] | None = None,
+    samples: Mapping[str, str | tuple[float, float]] | None = None,
+    count: int = 1000,
+    sampling: str = METHODS[0],
+    seed: int = 0,
+    branch: str = "rest",
+    along: str | None = None,
+    measures: Measures | None = None,
+    beginning: Beginning | None = None,
+    workers: int = 0,
+    scheduler: str | None = None,
+    executor: tuple[Executor, int] | None = None,
+    progress: Progress | None = None,
+    options: RunOptions | None = None,
+    **keywords: Unpack[OptionKeywords],
+) -> Any:
+    """Run a scenario at many points, each by its FMUs, and keep some numbers of each.
+
+    A sweep that was interrupted or killed is gone on with by the same call; one that is done is returned at once.
+
+    Parameters
+    ----------
+    scenario : Scenario, str or Path
+        As of `cosim.simulate`.
+    output : str or Path
+        The store, a folder by Zarr.
+    grid : mapping of str to text or values
+        By ``component.variable``: ``"2:20:65"`` or values of a parameter or input; or by component: names or paths of
+        FMUs to take its place. Each is a dimension.
+    samples : mapping of str to text or (float, float)
+        Least and greatest value by ``component.variable``, which are drawn together: one dimension, ``sample``.
+    count, sampling, seed
+        How many samples, ``"latin-hypercube"`` or ``"sobol"``, and what draws the same ones again.
+    branch : str
+        ``"rest"``: each point begins anew. ``"up"`` or ``"down"``: each goes on from the state in which the one before
+        has ended, towards greater or less values of `along`.
+    along : str, optional
+        Of the grid, an input; by default the first of it.
+    measures : Measures, optional
+        What to keep of each point: by default severity of stick-slip, if a component has a bit, else final values.
+    beginning : Beginning, optional
+        What else is set where a line of points begins; by default, for ``"down"``, steady rotation of what has a bit.
+    workers : int
+        Processes to use; 0: one for each processor.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used instead.
+    executor : (Executor, int), optional
+        Any other executor, and how many it runs at once.
+    progress : callable, optional
+        Called several times a second.
+    options, **keywords
+        As of `cosim.simulate`; `isolate`, `limits`, `components` and `connections` are not for sweeps.
+
+    Returns
+    -------
+    xarray.Dataset
+        What was kept, over the dimensions; read when it is asked for.
+
+    Raises
+    ------
+    InputError
+        If something asked for does not exist or does not fit, or the store is of another sweep.
+    RunError
+        If no worker can do the work.
+    SweepInterruptedError
+        If it was interrupted; a KeyboardInterrupt.
+    """
+    choice = chosen(options, keywords)
+    _refuse_apart(choice)
+    with opened_scenario(scenario, choice.stop_time, choice.step_size) as given:
+        opened = open_system(given, choice)
+        axes = [_axis(opened, name, said) for name, said in (grid or {}).items()]
+        if samples:
+            for name in samples:
+                opened.typed(name, list(sampled({name: samples[name]}, 1, METHODS[0], 0).values[name]))
+            axes.append(sampled(samples, count, sampling, seed))
+        found = measures or reporting.severity_of(opened.descriptions) or final_values(opened.descriptions)
+        if beginning is None and branch == "down":
+            beginning = reporting.rotation_of(opened.descriptions, opened.system)
+        made = make_sweep(opened, product(axes, along, branch), found, beginning)
+    path = Path(output)
+    with opened_store(path, made) as store:
+        if store.done < made.design.points:
+            with _crew(workers, scheduler, executor, made.design.lines) as crew:
+                _run(made, store, crew, path, progress)
+    return read_store(path)
+
+
+def _axis(opened: Opened, name: str, said: Values) -> Axis:
+    """Read the values of an axis by the type of what varies."""
+    opened.variable(name)
+    return Axis(name, {name: opened.typed(name, read_values(name, said))})
+
+
+def _refuse_apart(options: RunOptions) -> None:
+    """Refuse what is for single runs."""
+    for name in ("isolate", "limits", "components", "connections"):
+        if getattr(options, name):
+            raise InputError(f"{name} is for single runs; points of a sweep run in processes of their workers")
+
+
+@contextmanager
+def _crew(workers: int, scheduler: str | None, executor: tuple[Executor, int] | None, most: int) -> Generator[Crew]:
+    """Get the workers that are asked for."""
+    if executor is not None:
+        yield Crew(*executor)
+    elif scheduler is not None:
+        with dask_cluster(scheduler) as crew:
+            yield crew
+    else:
+        with process_pool(workers, most) as crew:
+            yield crew
+
+
+def _run(made: Sweep, store: SweepStore, crew: Crew, path: Path, progress: Progress | None) -> None:
+    """Run what is left, and keep it."""
+    total, before = made.design.points, store.done
+    began = flushed = time.monotonic()
+
+    def take(done: list[Done]) -> None:
+        nonlocal flushed
+        store.take(done)
+        if time.monotonic() - flushed > _FLUSH:
+            store.flush()
+            flushed = time.monotonic()
+
+    def look() -> None:
+        if progress is not None:
+            rate = (store.done - before) / max(1e-9, time.monotonic() - began)
+            failed = f", {store.failed} failed" if store.failed else ""
+            progress(f"{store.done} of {total} points, {rate:.3g} a second{failed}", store.done / total)
+
+    try:
+        Dispatcher(made, crew, store.left(), total - before).run(take, look)
+        look()
+    except KeyboardInterrupt:
+        store.flush()
+        raise SweepInterruptedError(path, store.done, total) from None
+    except BaseException:
+        store.flush()
+        raise
+
+

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from cosim.run.trajectory import open_trajectory
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
+    from cosim.sweeps.store import open_sweep
+    from cosim.sweeps.sweep import sweep
     from cosim.system.method import Method
     from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp
     from cosim.system.structure import Component, Connection, PowerBond, System
@@ -49,12 +51,14 @@ __all__ = [
     "Variant",
     "co_simulate",
     "load_scenario",
+    "open_sweep",
     "open_trajectory",
     "ramp",
     "read_table",
     "scenario_names",
     "simulate",
     "stream",
+    "sweep",
 ]
 
 # What type checkers see above is imported when it is first asked for (PEP 562), so that `import cosim` costs nothing.
@@ -80,12 +84,14 @@ _HOMES = {
     "Variant": "cosim.scenario.scenario",
     "co_simulate": "cosim.master.co_simulation",
     "load_scenario": "cosim.scenario.file",
+    "open_sweep": "cosim.sweeps.store",
     "open_trajectory": "cosim.run.trajectory",
     "ramp": "cosim.system.signals",
     "read_table": "cosim.system.table_file",
     "scenario_names": "cosim.scenario.file",
     "simulate": "cosim.run.simulation",
     "stream": "cosim.run.stream",
+    "sweep": "cosim.sweeps.sweep",
 }
 
 

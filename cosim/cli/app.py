@@ -14,53 +14,34 @@ import tempfile
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from cosim.cli.arguments import (
+    AlgorithmOption,
+    CheckpointOption,
+    EveryOption,
+    MemoryLimitOption,
+    OnFailureOption,
+    PackagingOption,
+    ScenarioArgument,
+    SetOption,
+    StepSizeOption,
+    StreamOption,
+    TimeLimitOption,
+    ToleranceOption,
+    read_override,
+    read_streaming,
+)
+from cosim.cli.sweeping import draw_map, sweep
 from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
 from cosim.errors import FmuFileError, InputError, MissingPackageError, OutputError, suggestion
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import PACKAGINGS, build_script, how_to_build, promised_fmus
-
-if TYPE_CHECKING:
-    from cosim.run.options import Streaming
-    from cosim.system.signals import Value
-
-ScenarioArgument = Annotated[
-    str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
-]
-PackagingOption = Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")]
-AlgorithmOption = Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")]
-StepSizeOption = Annotated[
-    float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
-]
-ToleranceOption = Annotated[
-    float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")
-]
-OnFailureOption = Annotated[
-    str | None,
-    typer.Option(help="Where a loop has no solution: fail, halve the step, or go on with an explicit one."),
-]
-SetOption = Annotated[
-    list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
-]
-TimeLimitOption = Annotated[float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")]
-MemoryLimitOption = Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")]
-StreamOption = Annotated[
-    bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
-]
-EveryOption = Annotated[
-    list[str] | None,
-    typer.Option(help="With --stream: store every Nth row; name=N or pattern=N for some columns; repeatable."),
-]
-CheckpointOption = Annotated[
-    float | None, typer.Option(min=0.0, help="With --stream: seconds between checkpoints, by default 30.")
-]
-
 
 app = typer.Typer(
     help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
@@ -135,13 +116,13 @@ def run(
             algorithm=algorithm,
             step_size=step_size,
             stop_time=stop_time,
-            overrides=dict(_override(text) for text in set_ or ()),
+            overrides=dict(read_override(text) for text in set_ or ()),
             tolerance=tolerance,
             on_failure=on_failure,
             isolate=isolate,
             limits=Limits(time_limit, 1e6 * memory_limit),
         )
-        streaming = _streaming(stream, every, csv, checkpoint)
+        streaming = read_streaming(stream, every, csv, checkpoint)
         job = Job(loaded, options, tuple(dict.fromkeys(variant or ())), streaming, scenario)
         folder = output or Path("runs", loaded.name)
         prepare_step_loop(job)
@@ -188,7 +169,7 @@ def export(
                 raise InputError(f"{path}: expected a name that ends in {suffix}")
         if not targets:
             raise InputError("nothing to write; expected FILE.ssp or --container FILE.fmu")
-        overrides = dict(_override(text) for text in set_ or ())
+        overrides = dict(read_override(text) for text in set_ or ())
         for path, _, write in targets:
             write(loaded, path, packaging=packaging, variant=variant, overrides=overrides)
             new_console().print(Text(f"wrote {path}"), soft_wrap=True)
@@ -252,6 +233,10 @@ def league(
         print_standings(standings, table.write(standings, output))
 
 
+app.command()(sweep)
+app.command("map")(draw_map)
+
+
 @app.command()
 def fmus(
     folder: Annotated[
@@ -310,37 +295,6 @@ def main() -> None:
         app()
     except OSError as error:
         sys.exit(f"error: the output cannot be written: {error.strerror or error}")
-
-
-def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:
-    """Read how to stream, if at all."""
-    from cosim.run.options import INTERVAL, Streaming
-
-    asked = {"--every": every, "--csv": csv, "--checkpoint": checkpoint is not None}
-    if not stream:
-        for name, given in asked.items():
-            if given:
-                raise InputError(f"{name} is for streamed runs; expected --stream as well")
-        return None
-    return Streaming(dict(_stride(text) for text in every or ()), csv, INTERVAL if checkpoint is None else checkpoint)
-
-
-def _stride(text: str) -> tuple[str, int]:
-    """Read ``N``, for all columns, or ``pattern=N``."""
-    pattern, _, number = text.rpartition("=")
-    if not number.strip().isdigit():
-        raise InputError(f"--every {text}: expected a number of rows, or the form pattern=number")
-    return pattern.strip() or "*", int(number)
-
-
-def _override(text: str) -> tuple[str, Value]:
-    """Take ``component.variable=value`` apart; the value is read by the type of the variable."""
-    from cosim.system.compatibility import Written
-
-    name, equals, value = text.partition("=")
-    if not equals or not value:
-        raise InputError(f"--set {text}: expected the form component.variable=value")
-    return name.strip(), Written(value.strip())
 
 
 _NEEDED = ("ziglang", "pythonfmu", "jinja2")

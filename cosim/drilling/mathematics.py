@@ -13,13 +13,13 @@ from cosim.errors import require
 if TYPE_CHECKING:
     from models.controllers.laws import DissipativeLaw
     from models.plant.parameters import DrillstringParameters
-    from models.theory.cycle.bistability import Bistability
+    from models.theory.cycle.bistability import Bistability, bistable_omegas
     from models.theory.cycle.continuation import BranchPoint, input_of
     from models.theory.cycle.cycle import peak_speed
     from models.theory.lawful_energy import TopMotion, lawful_angle, lawful_work
     from models.theory.loop_set import PrintedLoop
     from models.theory.numerics.arrays import BoolArray
-    from models.theory.stability.chart import StabilityChart
+    from models.theory.stability.chart import StabilityChart, stability_boundary
     from models.theory.stability.equilibrium import equilibria
 
 _HOMES = {
@@ -31,11 +31,13 @@ _HOMES = {
     "PrintedLoop": "theory.loop_set",
     "StabilityChart": "theory.stability.chart",
     "TopMotion": "theory.lawful_energy",
+    "bistable_omegas": "theory.cycle.bistability",
     "equilibria": "theory.stability.equilibrium",
     "input_of": "theory.cycle.continuation",
     "lawful_angle": "theory.lawful_energy",
     "lawful_work": "theory.lawful_energy",
     "peak_speed": "theory.cycle.cycle",
+    "stability_boundary": "theory.stability.chart",
 }
 
 __all__ = [
@@ -47,11 +49,13 @@ __all__ = [
     "PrintedLoop",
     "StabilityChart",
     "TopMotion",
+    "bistable_omegas",
     "equilibria",
     "input_of",
     "lawful_angle",
     "lawful_work",
     "peak_speed",
+    "stability_boundary",
 ]
 
 

@@ -1,7 +1,7 @@
 """Measure how severe stick-slip is at a point of a map, from what the plant itself keeps account of.
 
-Extremes are those within steps, stops and stuck time are known to the instant, so that long steps do not blur them. Only
-the torque at the top has no extremes of its own: it is sampled, every tenth of a second.
+Extremes are those within steps, stops and stuck time are known to the instant, so that long steps do not blur them.
+Only the torque at the top has no extremes of its own: it is sampled, every tenth of a second.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ class SeverityQuantity:
 
 
 QUANTITIES = (
-    SeverityQuantity("ssi", "", "stick-slip index, (greatest - least) / (2 mean) bit speed"),
-    SeverityQuantity("stuck_fraction", "", "part of the time in which the bit is held"),
+    SeverityQuantity("ssi", "", "stick-slip index"),
+    SeverityQuantity("stuck_fraction", "", "stuck fraction"),
     SeverityQuantity("period", "s", "period of stick-slip"),
     SeverityQuantity("bit_speed_min", "rad/s", "least bit speed"),
     SeverityQuantity("bit_speed_max", "rad/s", "greatest bit speed"),
-    SeverityQuantity("torque_swing", "N.m", "greatest less least torque at the top"),
+    SeverityQuantity("torque_swing", "N.m", "swing of the torque at the top"),
 )
 
 
@@ -85,7 +85,7 @@ class Severity:
         Returns
         -------
         sequence of float
-            In the order of `QUANTITIES`. The index is infinite where the bit does not turn on the whole; the period is
+            In the order of `QUANTITIES`. The index is (greatest - least) / (2 mean) bit speed, infinite where the bit does not turn on the whole; the period is
             NaN where stops do not repeat.
         """
         bit = {name: columns[f"{self.component}.{name}"] for name in _NEEDED}
@@ -156,7 +156,10 @@ def rotation_of(descriptions: Mapping[str, Description], system: System) -> Stea
         return None
     name = found.component
     description = descriptions[name]
-    if not {"initial_speed", "initial_torque", "Omega", "WOB"} <= set(description.by_name) or "beta" in description.by_name:
+    if (
+        not {"initial_speed", "initial_torque", "Omega", "WOB"} <= set(description.by_name)
+        or "beta" in description.by_name
+    ):
         return None
     known = {each.name: each.start_value for each in description.variables if each.start_value is not None}
     known |= dict(system.component_of(f"{name}.Omega").parameters)

@@ -111,7 +111,9 @@ def dask_cluster(address: str) -> Generator[Crew]:
 def _refuse_others(client: Any, address: str) -> None:
     """Refuse a cluster that would not compute the same: of other packages, or of another version of this one."""
     if not client.nthreads():
-        raise InputError(f"{address}: the scheduler has no workers; expected one at least, as of: dask worker {address}")
+        raise InputError(
+            f"{address}: the scheduler has no workers; expected one at least, as of: dask worker {address}"
+        )
     told = client.get_versions(check=False)
     here = told["client"]["packages"]
     for place, found in (("the scheduler", told["scheduler"]), *told["workers"].items()):

@@ -137,5 +137,3 @@ class HeldRun:
         """Return the memory of an output."""
         section = self._blocks[port.component].outputs[base_type(self._variables[port])]
         return section.values[:, section.column(port.variable)]
-
-

@@ -1,7 +1,7 @@
 """Say what is kept of each point of a sweep: numbers taken from the end of its run.
 
-The sweep knows nothing of what they mean. Whoever measures says which outputs it takes, over how many seconds at the end
-of a run, and whether long steps will do.
+The sweep knows nothing of what they mean. Whoever measures says which outputs it takes, over how many seconds at the
+end of a run, and whether long steps will do.
 """
 
 from __future__ import annotations

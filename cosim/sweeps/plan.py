@@ -93,7 +93,9 @@ class Plan:
         if chosen == self.chosen:
             return self.system
         known = self.descriptions(chosen)
-        return replace(self.system, components=tuple(_fitting(part, known[part.name]) for part in self.system.components))
+        return replace(
+            self.system, components=tuple(_fitting(part, known[part.name]) for part in self.system.components)
+        )
 
     def split(self, values: Mapping[str, Value]) -> tuple[dict[str, str], dict[str, Value]]:
         """Tell the FMUs that are chosen from the values that are set."""
@@ -345,12 +347,14 @@ def _check(plan: Plan, design: Design) -> None:
             port = Port.parse(name)
             output = descriptions[port.component].by_name.get(port.variable)
             if output is None or output.causality != "output":
-                raise SystemDefinitionError(f"{name} is to be measured, and {chosen[port.component]} has no such output")
+                raise SystemDefinitionError(
+                    f"{name} is to be measured, and {chosen[port.component]} has no such output"
+                )
         if design.along is not None:
             _refuse_stateless(descriptions)
     if plan.measures.window > plan.duration:
         raise InputError(
-            f"points are run for {plan.duration:g} s; expected at least the {plan.measures.window:g} s that are measured"
+            f"points are run for {plan.duration:g} s; expected {plan.measures.window:g} s, which are measured, or more"
         )
 
 
@@ -366,8 +370,8 @@ def _refuse_stateless(descriptions: Mapping[str, Description]) -> None:
     for name, description in descriptions.items():
         if not description.can_serialize_state:
             raise InputError(
-                f"{name}: {description.model_name} cannot serialise its state (canSerializeFMUstate); its runs cannot be "
-                "continued, expected the branch rest"
+                f"{name}: {description.model_name} cannot serialise its state (canSerializeFMUstate), so that its runs "
+                "cannot be continued; expected the branch rest"
             )
 
 

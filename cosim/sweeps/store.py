@@ -1,8 +1,8 @@
 """Keep the results of a sweep: a Zarr store, written in regions, and beside what is not in a region yet, a journal.
 
-A region is some rows of the store, whole chunks of it. Points come in any order and are few at a time, so each batch is
-appended to the journal, a line with a checksum, and a region is written when all its points are there. A program that is
-killed loses what was under way. What has gone on from the journal and the store ends with the same bytes.
+A region is some rows of the store, whole chunks of it. Points come in any order and are few at a time, so each batch
+is appended to the journal, a line with a checksum, and a region is written when all its points are there. A program that
+is killed loses what was under way. What has gone on from the journal and the store ends with the same bytes.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import shutil
 import warnings
 import zlib
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
@@ -107,7 +107,9 @@ class SweepStore:
     def _look(self) -> None:
         """Find in the store which regions are done."""
         with _quiet():
-            failed = _xarray().open_zarr(self._path, chunks=None, consolidated=True, mask_and_scale=False)[FAILED].values
+            failed = (
+                _xarray().open_zarr(self._path, chunks=None, consolidated=True, mask_and_scale=False)[FAILED].values
+            )
         first = self._design.across[0] if self._design.across else 0
         per_region = self._design.lines_per_row * self._rows
         whole = np.moveaxis(failed, first, 0) != _NOT_YET
@@ -350,8 +352,20 @@ def _attributes(sweep: Sweep) -> dict[str, Any]:
     return {key: value if isinstance(value, str) else json.dumps(value) for key, value in told.items()}
 
 
-def read_store(path: Path) -> Any:
-    """Open the store of a sweep as an `xarray.Dataset`, while it goes on or when it is over.
+def open_sweep(path: str | Path) -> Any:
+    """Open what a sweep has kept, while it goes on or when it is over.
+
+    Parameters
+    ----------
+    path : str or Path
+        The store.
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable for each number that is kept, over what varies, with units; read when it is asked for. ``failed`` is
+        1 where a point has failed, for the reason in ``message``, and NaN where it is not done. Attributes tell how the
+        sweep was made: text, and JSON in ``record`` and ``versions``.
 
     Raises
     ------
@@ -359,11 +373,11 @@ def read_store(path: Path) -> Any:
         If there is none, or it cannot be read.
     """
     xarray = _xarray()
-    if not (path / ".zattrs").is_file():
+    if not (Path(path) / ".zattrs").is_file():
         raise InputError(f"{path}: there is no store of a sweep")
     try:
         with _quiet():
-            return xarray.open_zarr(path, chunks=None, consolidated=True)
+            return xarray.open_zarr(Path(path), chunks=None, consolidated=True)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} cannot be read: {why(error)}") from error
 
@@ -391,5 +405,3 @@ def _writing(path: Path) -> Generator[None]:
         raise OutputError(
             f"{path} cannot be written: {why(error)}; what is done is in it, go on with the same command"
         ) from error
-
-

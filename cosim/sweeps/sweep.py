@@ -19,7 +19,7 @@ from cosim.sweeps.design import METHODS, Axis, Values, product, read_values, sam
 from cosim.sweeps.dispatch import Dispatcher
 from cosim.sweeps.measures import Beginning, Measures, final_values
 from cosim.sweeps.plan import Opened, Sweep, make_sweep, open_system
-from cosim.sweeps.store import SweepStore, opened_store, read_store
+from cosim.sweeps.store import SweepStore, open_sweep, opened_store
 from cosim.sweeps.work import Done
 
 Progress = Callable[[str, float], None]
@@ -118,7 +118,7 @@ def sweep(
         if store.done < made.design.points:
             with _crew(workers, scheduler, executor, made.design.lines) as crew:
                 _run(made, store, crew, path, progress)
-    return read_store(path)
+    return open_sweep(path)
 
 
 def _axis(opened: Opened, name: str, said: Values) -> Axis:
@@ -174,5 +174,3 @@ def _run(made: Sweep, store: SweepStore, crew: Crew, path: Path, progress: Progr
     except BaseException:
         store.flush()
         raise
-
-

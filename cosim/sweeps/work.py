@@ -154,4 +154,3 @@ def _unheard() -> Generator[None]:
         yield
     finally:
         logging.disable(before)
-

@@ -193,7 +193,9 @@ class Workbench:
         if held is None or not held.is_of(slaves):
             system = plan.system_of(chosen)
             starts = check_system(system.with_values(values), known)
-            times, first = long_steps(plan.start_time, plan.duration, plan.measures.window, plan.measures.sampling or 1.0)
+            times, first = long_steps(
+                plan.start_time, plan.duration, plan.measures.window, plan.measures.sampling or 1.0
+            )
             held = self._held[key] = HeldRun(system, slaves, starts, times, first, plan.measures.columns)
         stop = plan.start_time + plan.duration * plan.points_per_run
         try:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cosim.run.trajectory import open_trajectory
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
-    from cosim.sweeps.store import open_sweep
+    from cosim.sweeps.reading import open_sweep
     from cosim.sweeps.sweep import sweep
     from cosim.system.method import Method
     from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp
@@ -84,7 +84,7 @@ _HOMES = {
     "Variant": "cosim.scenario.scenario",
     "co_simulate": "cosim.master.co_simulation",
     "load_scenario": "cosim.scenario.file",
-    "open_sweep": "cosim.sweeps.store",
+    "open_sweep": "cosim.sweeps.reading",
     "open_trajectory": "cosim.run.trajectory",
     "ramp": "cosim.system.signals",
     "read_table": "cosim.system.table_file",

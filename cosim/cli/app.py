@@ -54,9 +54,9 @@ app = typer.Typer(
 def _show_version(wanted: bool) -> None:
     """Write the version and leave."""
     if wanted:
-        from cosim import __version__
+        from importlib.metadata import version
 
-        new_console().print(f"cosim {__version__}")
+        new_console().print(f"cosim {version('drillstring-cosim')}")
         raise typer.Exit
 
 

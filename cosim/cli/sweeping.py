@@ -42,7 +42,7 @@ def sweep(
     algorithm: AlgorithmOption = None,
     step_size: StepSizeOption = None,
     stop_time: Annotated[float | None, typer.Option(help="End of each run in s.")] = None,
-    workers: Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor.")] = 0,
+    workers: Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor; 1: this one.")] = 0,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler, whose workers are used instead.")
     ] = None,
@@ -127,7 +127,7 @@ def draw_map(
     from cosim.drilling import severity_map
     from cosim.errors import OutputError
     from cosim.files import why
-    from cosim.sweeps.store import open_sweep
+    from cosim.sweeps.reading import open_sweep
 
     with sentences():
         maps = [severity_map.read_map(open_sweep(path), quantity) for path in stores]

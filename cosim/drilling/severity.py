@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 from cosim.drilling.oscillation import find_stops, stops_per_period
 from cosim.system.description import Description
@@ -64,12 +65,12 @@ class Severity:
 
     @property
     def quantities(self) -> tuple[SeverityQuantity, ...]:
-        """What comes of it."""
+        """Name what comes of it."""
         return QUANTITIES
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Outputs it is taken from."""
+        """Name the outputs it is taken from."""
         return tuple(f"{self.component}.{name}" for name in _NEEDED)
 
     def of(self, time: FloatArray, columns: Mapping[str, FloatArray]) -> Sequence[float]:
@@ -85,8 +86,8 @@ class Severity:
         Returns
         -------
         sequence of float
-            In the order of `QUANTITIES`. The index is (greatest - least) / (2 mean) bit speed, infinite where the bit does not turn on the whole; the period is
-            NaN where stops do not repeat.
+            In the order of `QUANTITIES`. The index is (greatest - least) / (2 mean) bit speed, infinite where the bit
+            does not turn on the whole; the period is NaN where stops do not repeat.
         """
         bit = {name: columns[f"{self.component}.{name}"] for name in _NEEDED}
         span = float(time[-1] - time[0])
@@ -133,12 +134,10 @@ class SteadyRotation:
 
     def __call__(self, values: Mapping[str, Value]) -> Mapping[str, Value]:
         """Return initial speed and torque of the string at the first point, by its values; of several, the fastest."""
-        from dataclasses import fields
-
         from cosim.drilling.mathematics import DrillstringParameters, equilibria
 
         own = {name.partition(".")[2]: value for name, value in values.items() if name.startswith(f"{self.component}.")}
-        given = {**self.known, **own}
+        given: dict[str, Any] = {**self.known, **own}
         symbols = {each.name for each in fields(DrillstringParameters)}
         string = DrillstringParameters(**{name: value for name, value in given.items() if name in symbols})
         running = [each for each in equilibria(string, float(given["Omega"]), float(given["WOB"])) if not each.stuck]

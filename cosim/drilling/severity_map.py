@@ -1,8 +1,8 @@
 """Draw severity maps: a number of a sweep over two axes, with what theory says of the same plane.
 
 Over maps of a string alone at given speed and weight, two lines are drawn: where steady rotation loses its stability,
-from the spectrum, and up to where there are cycles, the fold, from their continuation. Between them both are stable, and
-what is found depends on where a run comes from: cells in which branches of a sweep disagree are marked.
+from the spectrum, and up to where there are cycles, the fold, from their continuation. Between them both are stable,
+and what is found depends on where a run comes from: cells in which branches of a sweep disagree are marked.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -99,7 +99,7 @@ class Map:
             values = self.values - other.values
         failed = self.failed | other.failed
         text = f"{self.text}, less {other.title}" if self.title != other.title else f"difference of {self.text}"
-        return Map(**{**vars(self), "values": values, "failed": failed, "text": text})
+        return replace(self, values=values, failed=failed, text=text)
 
 
 def read_map(dataset: Any, quantity: str = "ssi") -> Map:
@@ -188,7 +188,7 @@ def find_folds(
 
     speeds: list[float] = []
     weights: list[float] = []
-    places = np.linspace(found.y[0], found.y[-1], count) if found.string is not None else np.zeros(0)
+    places: FloatArray = np.linspace(float(found.y[0]), float(found.y[-1]), count if found.string is not None else 0)
     for number, weight in enumerate(places.tolist(), 1):
         try:
             if weight > 0.0 and found.string is not None:
@@ -207,7 +207,7 @@ def bistable(maps: Sequence[Map]) -> BoolArray:
     """Return where branches disagree: the bit swings in one and turns steadily in another."""
     unstable = np.stack([each.unstable for each in maps])
     whole = ~np.stack([each.failed for each in maps]).any(axis=0)
-    return unstable.any(axis=0) & ~unstable.all(axis=0) & whole
+    return np.asarray(unstable.any(axis=0) & ~unstable.all(axis=0) & whole)
 
 
 def draw_maps(
@@ -337,7 +337,7 @@ def _draw_lines(panel: Any, each: Map, units: str, folds: tuple[FloatArray, Floa
     from cosim.drilling.mathematics import stability_boundary
 
     x_factor, y_factor = _shown(each.x_unit, units)[0], _shown(each.y_unit, units)[0]
-    weights = np.linspace(max(each.y[0], 1.0), each.y[-1], 200)
+    weights: FloatArray = np.linspace(max(float(each.y[0]), 1.0), float(each.y[-1]), 200)
     speeds = stability_boundary(each.string, weights)
     for width, colour, label in ((3.2, "white", None), (1.6, "#0b5394", "rotation loses its stability (spectrum)")):
         panel.plot(speeds * x_factor, weights * y_factor, color=colour, linewidth=width, label=label)

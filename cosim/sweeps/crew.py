@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Generator
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -18,7 +18,7 @@ from typing import Any
 from cosim.errors import InputError, require
 from cosim.run.report import versions
 
-_PATIENCE = 10.0
+PATIENCE = 10.0
 """Seconds to wait for an answer of a scheduler."""
 _COMPARED = ("python", "dask", "distributed", "cloudpickle", "msgpack", "numpy")
 _MOST_WORKERS = 4096
@@ -52,6 +52,19 @@ class Crew:
     where: str = "the executor"
 
 
+class Here(Executor):
+    """Do all work at once, in this process."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Do it."""
+        future = Future[Any]()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:  # as any executor hands it on
+            future.set_exception(error)
+        return future
+
+
 def processors() -> int:
     """Return how many processors this process may use."""
     allowed = getattr(os, "sched_getaffinity", None)
@@ -60,10 +73,16 @@ def processors() -> int:
 
 @contextmanager
 def process_pool(workers: int, most: int) -> Generator[Crew]:
-    """Start processes on this machine: as many as there are processors for 0, and no more than can have work."""
+    """Start processes on this machine, no more than can have work: for 0 as many as there are processors.
+
+    1 is this process itself.
+    """
     if not 0 <= workers <= _MOST_WORKERS:
         raise InputError(f"{workers} workers were asked for; expected 0, for one on each processor, to {_MOST_WORKERS}")
     number = max(1, min(workers or processors(), most))
+    if workers == 1:
+        yield Crew(Here(), 1, where="this process")
+        return
     current: list[ProcessPoolExecutor] = []
 
     def begin() -> ProcessPoolExecutor:
@@ -95,7 +114,7 @@ def dask_cluster(address: str) -> Generator[Crew]:
     """
     distributed = require("distributed", extra="dask", purpose="a sweep on a cluster")
     try:
-        client = distributed.Client(address, timeout=_PATIENCE, set_as_default=False)
+        client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError, RuntimeError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"{address}: no Dask scheduler answers there: {reason}") from error
@@ -105,7 +124,7 @@ def dask_cluster(address: str) -> Generator[Crew]:
         lost = (distributed.scheduler.KilledWorker,)
         yield Crew(client.get_executor(pure=False), threads, lost, outlives=True, where=f"a worker of {address}")
     finally:
-        client.close(timeout=_PATIENCE)
+        client.close(timeout=PATIENCE)
 
 
 def _refuse_others(client: Any, address: str) -> None:
@@ -114,11 +133,12 @@ def _refuse_others(client: Any, address: str) -> None:
         raise InputError(
             f"{address}: the scheduler has no workers; expected one at least, as of: dask worker {address}"
         )
-    told = client.get_versions(check=False)
+    told: dict[str, Any] = client.get_versions(check=False)
     here = told["client"]["packages"]
     for place, found in (("the scheduler", told["scheduler"]), *told["workers"].items()):
         for name in _COMPARED:
-            there = (found or {}).get("packages", {}).get(name)
+            packages: dict[str, Any] = found["packages"] if found else {}
+            there = packages.get(name)
             needed = name not in ("numpy",) or place != "the scheduler"  # which computes nothing
             if needed and _release(name, there) != _release(name, here[name]):
                 raise InputError(

@@ -16,13 +16,32 @@ from cosim.system.description import Description
 from cosim.system.signals import FloatArray, Value
 
 
-@dataclass(frozen=True)
-class Quantity:
+class Quantity(Protocol):
     """A number kept of each point: its name in the store, its unit, and what it is."""
 
+    @property
+    def name(self) -> str:
+        """Name it in the store."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """Give its unit."""
+        ...
+
+    @property
+    def text(self) -> str:
+        """Say what it is."""
+        ...
+
+
+@dataclass(frozen=True)
+class Output:
+    """The value of an output as such a number."""
+
     name: str
-    unit: str = ""
-    text: str = ""
+    unit: str
+    text: str
 
 
 class Measures(Protocol):
@@ -30,7 +49,7 @@ class Measures(Protocol):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """What comes of it."""
+        """Name what comes of it."""
         ...
 
     @property
@@ -80,11 +99,11 @@ class FinalValues:
 
     Parameters
     ----------
-    quantities : tuple of Quantity
-        The outputs, by the names of their columns.
+    quantities : tuple of Output
+        By the names of their columns.
     """
 
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[Output, ...]
     window: float = 0.0
     sampling: float | None = None
     identity: str = "final values"
@@ -104,7 +123,7 @@ def final_values(descriptions: Mapping[str, Description]) -> FinalValues:
     """Keep all outputs that are numbers, of all components."""
     return FinalValues(
         tuple(
-            Quantity(f"{component}.{each.name}", each.unit.name if each.unit else "", each.description)
+            Output(f"{component}.{each.name}", each.unit.name if each.unit else "", each.description)
             for component, description in descriptions.items()
             for each in description.with_causality("output")
             if each.type != "String"
@@ -114,5 +133,5 @@ def final_values(descriptions: Mapping[str, Description]) -> FinalValues:
 
 def last_window(time: FloatArray, seconds: float) -> slice:
     """Return the communication points [s] of so many seconds at the end, up to rounding; at least the last one."""
-    first = int(np.searchsorted(time, time[-1] - seconds * (1.0 + 1e-9)))
+    first = int(np.searchsorted(time, float(time[-1]) - seconds * (1.0 + 1e-9)))
     return slice(min(first, time.size - 1), None)

@@ -45,7 +45,7 @@ class File:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a worker needs to run points of a sweep.
+    """Hold what a worker needs to run points of a sweep.
 
     Attributes
     ----------

@@ -1,8 +1,8 @@
 """Keep the results of a sweep: a Zarr store, written in regions, and beside what is not in a region yet, a journal.
 
 A region is some rows of the store, whole chunks of it. Points come in any order and are few at a time, so each batch
-is appended to the journal, a line with a checksum, and a region is written when all its points are there. A program that
-is killed loses what was under way. What has gone on from the journal and the store ends with the same bytes.
+is appended to the journal, a line with a checksum, and a region is written when all its points are there. A program
+that is killed loses what was under way. What has gone on from the journal and the store ends with the same bytes.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import base64
 import json
 import os
 import shutil
-import warnings
 import zlib
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -21,10 +20,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import InputError, OutputError, require
+from cosim.errors import OutputError
 from cosim.files import draft_of, locked, open_file, why, write_all
 from cosim.sweeps.design import SAMPLES, Design
 from cosim.sweeps.plan import Sweep, differing
+from cosim.sweeps.reading import quiet, reader
 from cosim.sweeps.work import Done, Stretch
 
 JOURNAL = ".journal"
@@ -106,10 +106,8 @@ class SweepStore:
 
     def _look(self) -> None:
         """Find in the store which regions are done."""
-        with _quiet():
-            failed = (
-                _xarray().open_zarr(self._path, chunks=None, consolidated=True, mask_and_scale=False)[FAILED].values
-            )
+        with quiet():
+            failed = reader().open_zarr(self._path, chunks=None, consolidated=True, mask_and_scale=False)[FAILED].values
         first = self._design.across[0] if self._design.across else 0
         per_region = self._design.lines_per_row * self._rows
         whole = np.moveaxis(failed, first, 0) != _NOT_YET
@@ -211,7 +209,7 @@ class SweepStore:
 
     def _write(self, region: int) -> None:
         """Write a region as far as it is done."""
-        xarray = _xarray()
+        xarray = reader()
         buffer = self._buffers[region]
         names = [axis.name for axis in self._design.axes]
         where = {name: slice(None) for name in names}
@@ -220,7 +218,7 @@ class SweepStore:
             begin = region * self._rows
             where[names[first]] = slice(begin, begin + buffer[FAILED].shape[first])
         whole = xarray.Dataset({name: (names, values) for name, values in buffer.items()})
-        with _quiet():
+        with quiet():
             whole.to_zarr(self._path, region=where, mode="r+", consolidated=True)
 
 
@@ -255,7 +253,7 @@ def opened_store(path: Path, sweep: Sweep) -> Generator[SweepStore]:
     OutputError
         If it is there and is of another sweep or version, is no store, or cannot be written.
     """
-    _xarray()
+    reader()
     if not path.exists():
         _create(path, sweep)
     with locked(path) as free:
@@ -290,7 +288,7 @@ def _create(path: Path, sweep: Sweep) -> None:
             shutil.rmtree(draft)
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with _quiet():
+            with quiet():
                 _template(sweep).to_zarr(draft, mode="w", zarr_format=2, consolidated=True, encoding=_encoding(sweep))
             (draft / JOURNAL).touch()
             os.rename(draft, path)
@@ -319,7 +317,7 @@ def _template(sweep: Sweep) -> Any:
         for axis in sweep.design.axes
         for name, values in axis.values.items()
     }
-    return _xarray().Dataset(variables, coordinates, _attributes(sweep))
+    return reader().Dataset(variables, coordinates, _attributes(sweep))
 
 
 def _array(values: Sequence[Any]) -> NDArray[Any]:
@@ -350,50 +348,6 @@ def _attributes(sweep: Sweep) -> dict[str, Any]:
     """Return what the store tells of the sweep: text, and JSON where that is not enough."""
     told = {**sweep.told, RECORD: sweep.record, "sha256": sweep.digest}
     return {key: value if isinstance(value, str) else json.dumps(value) for key, value in told.items()}
-
-
-def open_sweep(path: str | Path) -> Any:
-    """Open what a sweep has kept, while it goes on or when it is over.
-
-    Parameters
-    ----------
-    path : str or Path
-        The store.
-
-    Returns
-    -------
-    xarray.Dataset
-        A variable for each number that is kept, over what varies, with units; read when it is asked for. ``failed`` is
-        1 where a point has failed, for the reason in ``message``, and NaN where it is not done. Attributes tell how the
-        sweep was made: text, and JSON in ``record`` and ``versions``.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it cannot be read.
-    """
-    xarray = _xarray()
-    if not (Path(path) / ".zattrs").is_file():
-        raise InputError(f"{path}: there is no store of a sweep")
-    try:
-        with _quiet():
-            return xarray.open_zarr(Path(path), chunks=None, consolidated=True)
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path} cannot be read: {why(error)}") from error
-
-
-def _xarray() -> Any:
-    """Return xarray, which takes a while to import, with what writes Zarr."""
-    require("zarr", extra="stream", purpose="storing a sweep")
-    return require("xarray", extra="stream", purpose="storing a sweep")
-
-
-@contextmanager
-def _quiet() -> Generator[None]:
-    """Let Zarr not warn of what is meant."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", category=FutureWarning)
-        yield
 
 
 @contextmanager

@@ -7,20 +7,21 @@ from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
-from cosim.drilling import reporting
 from cosim.errors import InputError, SweepInterruptedError
 from cosim.run.options import OptionKeywords, RunOptions, chosen
 from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
-from cosim.sweeps.crew import Crew, dask_cluster, process_pool
 from cosim.sweeps.design import METHODS, Axis, Values, product, read_values, sampled
-from cosim.sweeps.dispatch import Dispatcher
 from cosim.sweeps.measures import Beginning, Measures, final_values
-from cosim.sweeps.plan import Opened, Sweep, make_sweep, open_system
-from cosim.sweeps.store import SweepStore, open_sweep, opened_store
-from cosim.sweeps.work import Done
+from cosim.sweeps.reading import open_sweep
+
+if TYPE_CHECKING:
+    from cosim.sweeps.crew import Crew
+    from cosim.sweeps.plan import Opened, Sweep
+    from cosim.sweeps.store import SweepStore
+    from cosim.sweeps.work import Done
 
 Progress = Callable[[str, float], None]
 """Takes how far it is, in words, and which part of all is done, from 0 to 1."""
@@ -64,8 +65,12 @@ def sweep(
         FMUs to take its place. Each is a dimension.
     samples : mapping of str to text or (float, float)
         Least and greatest value by ``component.variable``, which are drawn together: one dimension, ``sample``.
-    count, sampling, seed
-        How many samples, ``"latin-hypercube"`` or ``"sobol"``, and what draws the same ones again.
+    count : int
+        How many samples.
+    sampling : str
+        ``"latin-hypercube"`` or ``"sobol"``.
+    seed : int
+        Draws the same samples again.
     branch : str
         ``"rest"``: each point begins anew. ``"up"`` or ``"down"``: each goes on from the state in which the one before
         has ended, towards greater or less values of `along`.
@@ -76,15 +81,16 @@ def sweep(
     beginning : Beginning, optional
         What else is set where a line of points begins; by default, for ``"down"``, steady rotation of what has a bit.
     workers : int
-        Processes to use; 0: one for each processor.
+        Processes to use; 0: one for each processor; 1: this one alone.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers are used instead.
     executor : (Executor, int), optional
         Any other executor, and how many it runs at once.
     progress : callable, optional
         Called several times a second.
-    options, **keywords
-        As of `cosim.simulate`; `isolate`, `limits`, `components` and `connections` are not for sweeps.
+    options : RunOptions, optional
+        How to run each point; and so **keywords, as of `cosim.simulate`. What is for single runs is refused: `isolate`,
+        `limits`, `components` and `connections`.
 
     Returns
     -------
@@ -100,25 +106,46 @@ def sweep(
     SweepInterruptedError
         If it was interrupted; a KeyboardInterrupt.
     """
+    # with fmpy, which importing this module for its names does without
+    from cosim.sweeps.store import opened_store
+
     choice = chosen(options, keywords)
     _refuse_apart(choice)
     with opened_scenario(scenario, choice.stop_time, choice.step_size) as given:
-        opened = open_system(given, choice)
-        axes = [_axis(opened, name, said) for name, said in (grid or {}).items()]
-        if samples:
-            for name in samples:
-                opened.typed(name, list(sampled({name: samples[name]}, 1, METHODS[0], 0).values[name]))
-            axes.append(sampled(samples, count, sampling, seed))
-        found = measures or reporting.severity_of(opened.descriptions) or final_values(opened.descriptions)
-        if beginning is None and branch == "down":
-            beginning = reporting.rotation_of(opened.descriptions, opened.system)
-        made = make_sweep(opened, product(axes, along, branch), found, beginning)
+        made = _made(
+            given, choice, (grid or {}, samples or {}, count, sampling, seed), (branch, along), measures, beginning
+        )
     path = Path(output)
     with opened_store(path, made) as store:
         if store.done < made.design.points:
             with _crew(workers, scheduler, executor, made.design.lines) as crew:
                 _run(made, store, crew, path, progress)
     return open_sweep(path)
+
+
+def _made(
+    scenario: Scenario,
+    options: RunOptions,
+    points: tuple[Mapping[str, Values], Mapping[str, str | tuple[float, float]], int, str, int],
+    branch: tuple[str, str | None],
+    measures: Measures | None,
+    beginning: Beginning | None,
+) -> Sweep:
+    """Check what is asked for, and get it ready; what measures and begins is of the field where nothing is said."""
+    from cosim.drilling import reporting
+    from cosim.sweeps.plan import make_sweep, open_system
+
+    grid, samples, count, sampling, seed = points
+    opened = open_system(scenario, options)
+    axes = [_axis(opened, name, said) for name, said in grid.items()]
+    if samples:
+        axes.append(sampled(samples, count, sampling, seed))
+        axes[-1] = Axis(axes[-1].name, {name: opened.typed(name, list(v)) for name, v in axes[-1].values.items()})
+    design = product(axes, branch[1], branch[0])
+    found = measures or reporting.severity_of(opened.descriptions) or final_values(opened.descriptions)
+    if beginning is None and design.down:
+        beginning = reporting.rotation_of(opened.descriptions, opened.system)
+    return make_sweep(opened, design, found, beginning)
 
 
 def _axis(opened: Opened, name: str, said: Values) -> Axis:
@@ -137,6 +164,8 @@ def _refuse_apart(options: RunOptions) -> None:
 @contextmanager
 def _crew(workers: int, scheduler: str | None, executor: tuple[Executor, int] | None, most: int) -> Generator[Crew]:
     """Get the workers that are asked for."""
+    from cosim.sweeps.crew import Crew, dask_cluster, process_pool
+
     if executor is not None:
         yield Crew(*executor)
     elif scheduler is not None:
@@ -149,6 +178,8 @@ def _crew(workers: int, scheduler: str | None, executor: tuple[Executor, int] | 
 
 def _run(made: Sweep, store: SweepStore, crew: Crew, path: Path, progress: Progress | None) -> None:
     """Run what is left, and keep it."""
+    from cosim.sweeps.dispatch import Dispatcher
+
     total, before = made.design.points, store.done
     began = flushed = time.monotonic()
 

@@ -47,7 +47,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Done:
-    """What has come of a stretch, as far as it got.
+    """Hold what has come of a stretch, as far as it got.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Reply:
-    """What a worker returns of a batch: None if it does not know the plan, and how long it took, s."""
+    """Hold what has come of a batch, None if the worker does not know the plan, and how long it took, s."""
 
     done: list[Done] | None
     seconds: float = 0.0

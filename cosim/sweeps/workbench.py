@@ -41,7 +41,7 @@ _OURS = "drillstring-cosim"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What has come of a point: its numbers, or why there are none, and the state after it if that is asked for."""
+    """Hold the numbers of a point, or why there are none, and the state after it if that is asked for."""
 
     numbers: Sequence[float]
     message: str = ""
@@ -49,7 +49,7 @@ class Outcome:
 
 
 class _Place:
-    """Where instances of an FMU are made: its library, loaded once, and the instance of the last run."""
+    """Make instances of an FMU: from its library, loaded once, or from the instance of the last run."""
 
     def __init__(self, name: str, path: Path, description: Description, apart: bool) -> None:
         self._name, self._path, self._description = name, path, description
@@ -242,9 +242,9 @@ def long_steps(start: float, duration: float, window: float, sampling: float) ->
     Times are in s. Steps within the window are as long as `sampling`, but for rounding to a whole number of them.
     """
     count = max(1, round(window / sampling)) if window else 0
-    inside = start + duration - window + np.arange(count + 1) * (window / max(1, count))
+    inside: FloatArray = start + duration - window + np.arange(count + 1, dtype=np.float64) * (window / max(1, count))
     inside[-1] = start + duration
-    return (inside, 0) if inside[0] <= start else (np.concatenate([[start], inside]), 1)
+    return (inside, 0) if inside[0] <= start else (np.concatenate([np.array([start]), inside]), 1)
 
 
 class _Window:
@@ -274,8 +274,9 @@ class _Window:
 def packed(state: Snapshot) -> bytes:
     """Write a state as bytes."""
     file = io.BytesIO()
-    notes = np.frombuffer(json.dumps(state.notes).encode(), np.uint8)
-    np.savez_compressed(file, **{"notes": notes, **{f"array {name}": values for name, values in state.arrays.items()}})
+    held: dict[str, Any] = {f"array {name}": values for name, values in state.arrays.items()}
+    held["notes"] = np.frombuffer(json.dumps(state.notes).encode(), np.uint8)
+    np.savez_compressed(file, **held)
     return file.getvalue()
 
 

@@ -22,7 +22,8 @@ from cosim.sweeps.work import Done, Reply, Stretch, run_batch
 
 TARGET = 0.5
 """How long a batch should take, s: long against what it costs to hand it out, and short against patience."""
-_BUDGET = 4.0 * TARGET
+_PATIENCE = 4.0
+"""As many times as long a line is gone on with before it is left to another batch."""
 _FALL = 8.0
 _AHEAD = 2
 """Batches for each worker, so that none waits."""
@@ -97,7 +98,7 @@ class Dispatcher:
             batch = self._batch()
             if not batch:
                 return
-            self._submit(batch, _BUDGET)
+            self._submit(batch, _PATIENCE * TARGET)
 
     def _batch(self) -> Batch:
         """Take as many lines as fill the time of a batch, and no more than leave work for the others."""
@@ -145,7 +146,7 @@ class Dispatcher:
             raise RunError(f"{self._crew.where} failed: {why(error)}") from error
         batch = self._flying.pop(future)
         if reply.done is None:
-            self._submit(batch, 0.0 if self._accused else _BUDGET, with_plan=True)
+            self._submit(batch, 0.0 if self._accused else _PATIENCE * TARGET, with_plan=True)
             return None
         self._deaths = 0
         self._account(reply)

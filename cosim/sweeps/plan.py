@@ -386,6 +386,8 @@ def _record(
     record: dict[str, Any] = {
         "format": FORMAT,
         "product": known_versions["drillstring-cosim"],
+        "axes": {axis.name: {name: _digest(values) for name, values in axis.values.items()} for axis in design.axes},
+        "branch": "rest" if design.along is None else "down" if design.down else "up",
         "scenario": opened.scenario.name,
         "components": components,
         "fmus": {name: dict(files) for name, files in plan.choices.items()},
@@ -395,11 +397,9 @@ def _record(
         "duration": plan.duration,
         "step_size": plan.step_size,
         "method": vars(plan.method),
-        "branch": "rest" if design.along is None else "down" if design.down else "up",
         "along": design.along or "",
         "beginning": beginning.identity if beginning is not None else "",
         "measures": [plan.measures.identity, plan.measures.window, [each.name for each in plan.measures.quantities]],
-        "axes": {axis.name: {name: _digest(values) for name, values in axis.values.items()} for axis in design.axes},
     }
     told = {
         "title": opened.scenario.title,
@@ -443,5 +443,5 @@ def differing(record: Mapping[str, Any], stored: Mapping[str, Any]) -> str | Non
             return f"has other values of {', '.join('the samples' if each == SAMPLES else each for each in bad)}"
         if name in ("format", "product", "branch"):
             return f"{_SENTENCES[name]} ({stored.get(name)}, not {wanted})"
-        return _SENTENCES.get(name, f"has another {name.replace('_', ' ')}")
+        return _SENTENCES.get(name, f"has {'other' if name[-1] == 's' else 'another'} {name.replace('_', ' ')}")
     return None

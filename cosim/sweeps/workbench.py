@@ -27,6 +27,7 @@ from cosim.fmi2.surroundings import Surroundings
 from cosim.master.co_simulation import Master
 from cosim.master.run import Snapshot
 from cosim.master.slave import Slave
+from cosim.recording.record import TEXT
 from cosim.run.assembly import modules_apart
 from cosim.sweeps.held_run import HeldRun
 from cosim.sweeps.measures import last_window
@@ -233,7 +234,7 @@ class Workbench:
         time, columns = rows.values()
         part = last_window(time, plan.measures.window)
         numbers = plan.measures.of(time[part], {name: column[part] for name, column in columns.items()})
-        return Outcome(numbers, "", master.snapshot() if keep else None)
+        return Outcome(numbers, "", _storable(master.snapshot()) if keep else None)
 
 
 def long_steps(start: float, duration: float, window: float, sampling: float) -> tuple[FloatArray, int]:
@@ -269,6 +270,12 @@ class _Window:
         """Return times [s] and columns."""
         joined = {name: np.concatenate([part[name] for part in self._parts]) for name in self._columns}
         return np.concatenate(self._times), joined
+
+
+def _storable(state: Snapshot) -> Snapshot:
+    """Return a snapshot whose texts are arrays of text, as they are read back, and not of objects."""
+    arrays = {name: a.astype(np.str_) if a.dtype == TEXT else a for name, a in state.arrays.items()}
+    return Snapshot(state.notes, arrays)
 
 
 def packed(state: Snapshot) -> bytes:

@@ -142,8 +142,8 @@ class Dispatcher:
             reply = future.result()
         except (MemoryError, *self._crew.lost) as error:
             return error
-        except OSError as error:
-            raise RunError(f"{self._crew.where} failed: {why(error)}") from error
+        except (OSError, ImportError) as error:
+            raise RunError(f"{self._crew.where} cannot work: {why(error)}") from error
         batch = self._flying.pop(future)
         if reply.done is None:
             self._submit(batch, 0.0 if self._accused else _PATIENCE * TARGET, with_plan=True)

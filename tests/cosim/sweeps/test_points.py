@@ -21,7 +21,7 @@ def test_a_point_from_rest_is_a_run_of_its_own(tmp_path: Path) -> None:
         for weight in WEIGHTS:
             values = {"plant.Omega": speed, "plant.WOB": weight}
             alone = simulate("stick-slip", overrides=values, stop_time=12.0, step_size=1.0)
-            point = found.sel({name: value for name, value in values.items()})
+            point = found.sel(values)
             assert [float(point[name]) for name in OUTPUTS] == [alone[f"plant.{name}"][-1] for name in OUTPUTS]
 
 
@@ -132,7 +132,10 @@ def test_final_values_are_kept_of_a_system_without_a_bit(tmp_path: Path, probe: 
         ({"plant.WOB": [-1.0, 1.0]}, "plant.WOB is -1 N; expected a finite number >= 0 and <= 100000000 N"),
         ({"plant.WOB": "1,two"}, "plant.WOB is 'two'; expected a number"),
         ({"plant.cells": [1.5]}, "plant.cells is 1.5; expected an integer"),
-        ({"plant.bit_speed": [1.0]}, "plant.bit_speed is an output; expected a parameter, an input or a variable with a start value"),
+        (
+            {"plant.bit_speed": [1.0]},
+            "plant.bit_speed is an output; expected a parameter, an input or a variable with a start value",
+        ),
     ],
 )  # fmt: skip
 def test_a_grid_over_what_does_not_exist_or_fit_is_refused(tmp_path: Path, grid: object, sentence: str) -> None:

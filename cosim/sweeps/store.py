@@ -34,6 +34,7 @@ _NOT_YET = -1
 _NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL
 _FEWEST_ROWS, _MOST_ROWS, _USUAL_POINTS = 10, 50, 1000
 _LONGEST_MESSAGE = 300
+_FOREIGN = "{} is there already and is no store of a sweep; expected a new name"
 
 
 def region_rows(design: Design) -> int:
@@ -98,7 +99,13 @@ class SweepStore:
                 if entry is None:
                     break
                 end += len(line)
-                self._replay(entry)
+                try:
+                    self._replay(entry)
+                except (ValueError, TypeError, KeyError, IndexError) as error:
+                    raise OutputError(
+                        f"{self._path}: its journal is not of this sweep; without {path.name} what the store itself "
+                        "holds is gone on with"
+                    ) from error
         for line in np.flatnonzero((self._reached > 0) & (self._reached < self._design.length)).tolist():
             if line not in self._states:  # a run that cannot go on from here begins anew
                 self._reached[line] = 0
@@ -256,6 +263,8 @@ def opened_store(path: Path, sweep: Sweep) -> Generator[SweepStore]:
     reader()
     if not path.exists():
         _create(path, sweep)
+    elif not path.is_dir():
+        raise OutputError(_FOREIGN.format(path))
     with locked(path) as free:
         if not free:
             raise OutputError(f"{path}: another program is at this sweep")
@@ -274,7 +283,7 @@ def _refuse_other(path: Path, sweep: Sweep) -> None:
         attributes = json.loads((path / ".zattrs").read_text(encoding="utf-8"))
         stored = json.loads(attributes[RECORD])
     except (OSError, ValueError, KeyError, TypeError):
-        raise OutputError(f"{path} is there already and is no store of a sweep; expected a new name") from None
+        raise OutputError(_FOREIGN.format(path)) from None
     found = differing(sweep.record, stored)
     if found is not None:
         raise OutputError(f"{path} {found}; expected the same sweep to go on with, or a new name")

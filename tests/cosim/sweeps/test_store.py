@@ -7,6 +7,7 @@ import json
 import os
 import re
 import shutil
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -225,3 +226,21 @@ def test_a_store_that_cannot_be_begun_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match=r"cannot be written: "):
         run(tmp_path / "file" / "s.zarr")
+
+
+def test_a_journal_that_makes_no_sense_is_refused(tmp_path: Path, whole: dict[str, dict[str, bytes]]) -> None:
+    path = tmp_path / "s.zarr"
+    run(path)
+    for said in (b'{"done":[[99,0,[[1,2,3,4,5]],{},null]]}', b'{"done":[[0,0,[[1]],{},null]]}', b'{"done":[1]}'):
+        (path / store.JOURNAL).write_bytes(b"%08x %s\n" % (zlib.crc32(said), said))
+        with pytest.raises(OutputError, match=r"its journal is not of this sweep; without \.journal what the store"):
+            run(path)
+    (path / store.JOURNAL).unlink()
+    run(path)
+    assert content(path) == whole["rest"]
+
+
+def test_a_file_is_no_store(tmp_path: Path) -> None:
+    (tmp_path / "s.zarr").touch()
+    with pytest.raises(OutputError, match=r"is there already and is no store of a sweep; expected a new name$"):
+        run(tmp_path / "s.zarr")

@@ -129,13 +129,15 @@ def test_branches_disagree_between_threshold_and_fold(branches: dict[str, Any]) 
     assert apart.sum() == round((speeds[-1] - speeds[0]) / CELL) + 1
 
 
-@pytest.mark.parametrize("units", UNITS)
+@pytest.mark.parametrize("units", ["metric", *(pytest.param(each, marks=pytest.mark.slow) for each in ("si", "field"))])
 def test_maps_are_drawn_in_units_for_people(tmp_path: Path, branches: dict[str, Any], units: str) -> None:
+    assert units in UNITS
     maps = [read_map(found) for found in branches.values()]
     draw_maps(tmp_path / "map.png", maps, units, (np.array([5.4, 17.5]), np.array([2e4, 97347.0])))
     assert (tmp_path / "map.png").read_bytes().startswith(PNG)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quantity", [each.name for each in QUANTITIES])
 def test_every_number_can_be_drawn(tmp_path: Path, branches: dict[str, Any], quantity: str) -> None:
     draw_maps(tmp_path / "map.png", [read_map(branches["down"], quantity)])

@@ -49,6 +49,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, bytes
     return {branch: content(folder / branch) for branch in ("rest", "up")}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("one_by_one")
 @pytest.mark.parametrize("branch", ["rest", "up"])
 def test_a_sweep_that_was_killed_ends_as_others_do(

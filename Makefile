@@ -12,6 +12,9 @@ else
 BIN    := $(VENV)/bin
 endif
 
+# What Python has compiled is kept, whatever the shell says: the tests start thousands of processes that import the same.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify coverage sanitize fuzz bench wheel \
     check-release pins hunt clean
 
@@ -30,7 +33,7 @@ UV  ?= $(shell test -w "$$HOME" && command -v uv 2>/dev/null)
 PIP ?=
 define install
 	@echo "installing what $(1) pins, with $(or $(UV),pip)"
-	@$(if $(UV),$(UV) pip install --python $(BIN)/python,$(BIN)/python -m pip install --disable-pip-version-check) \
+	@$(if $(UV),$(UV) pip install --compile-bytecode --python $(BIN)/python,$(BIN)/python -m pip install --disable-pip-version-check) \
 	    --require-hashes -r $(1)
 endef
 
@@ -114,10 +117,10 @@ PIN     := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --gen
     --no-annotate --no-header --no-emit-index-url --custom-compile-command "make pins" pyproject.toml
 pins: setup
 	cp requirements/test.txt requirements/all.txt
-	$(PIN) $(UPGRADE) --extra build --extra theory --extra stream --extra dask --extra container --extra test --extra docs --extra bench \
+	$(PIN) $(UPGRADE) --extra build --extra theory --extra stream --extra data --extra dask --extra container --extra test --extra docs --extra bench \
 	    -o requirements/all.txt
 	$(PIN) -c requirements/all.txt --extra build -o requirements/run.txt
-	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra dask --extra container \
+	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra data --extra dask --extra container \
 	    --extra test -o requirements/test.txt
 	$(PIN) -c requirements/all.txt --extra bench -o requirements/bench.txt
 	$(PIN) -c requirements/all.txt --extra docs --extra theory -o requirements/docs.txt

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from cosim.errors import CosimError, InputError, LoopError, RunError, SlaveError
     from cosim.master.co_simulation import co_simulate
+    from cosim.recording.figure import View, plot
     from cosim.recording.result import Result
+    from cosim.run.opened import open_run, open_variants
     from cosim.run.options import RunOptions
     from cosim.run.simulation import simulate
     from cosim.run.stream import stream
@@ -49,10 +51,14 @@ __all__ = [
     "System",
     "Table",
     "Variant",
+    "View",
     "co_simulate",
     "load_scenario",
+    "open_run",
     "open_sweep",
     "open_trajectory",
+    "open_variants",
+    "plot",
     "ramp",
     "read_table",
     "scenario_names",
@@ -82,10 +88,14 @@ _HOMES = {
     "System": "cosim.system.structure",
     "Table": "cosim.system.signals",
     "Variant": "cosim.scenario.scenario",
+    "View": "cosim.recording.figure",
     "co_simulate": "cosim.master.co_simulation",
     "load_scenario": "cosim.scenario.file",
+    "open_run": "cosim.run.opened",
     "open_sweep": "cosim.sweeps.reading",
     "open_trajectory": "cosim.run.trajectory",
+    "open_variants": "cosim.run.opened",
+    "plot": "cosim.recording.figure",
     "ramp": "cosim.system.signals",
     "read_table": "cosim.system.table_file",
     "scenario_names": "cosim.scenario.file",

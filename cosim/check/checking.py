@@ -10,7 +10,7 @@ from pathlib import Path
 
 from cosim.check import file
 from cosim.check.examination.behaviour import BEHAVIOUR, CHECKS
-from cosim.check.examination.process import Ended, Told, run_in_turn
+from cosim.check.examination.process import CheckEnd, Told, run_in_turn
 from cosim.check.examination.worker import EXPERIMENT, UNLOADING, CheckJob
 from cosim.check.reference import Experiment, holds_reference, model_names, read_reference
 from cosim.check.verdict import Comparison, Finding, Group, Outcome, Report, Verdict, counted, failed, not_checked
@@ -155,7 +155,7 @@ class _Checking:
             self._add(Group.REFERENCE, "experiments", looked, failed(str(error), "readable"))
         return (), None
 
-    def _add_experiment(self, experiment: Experiment, ended: Ended) -> None:
+    def _add_experiment(self, experiment: Experiment, ended: CheckEnd) -> None:
         self._add(Group.REFERENCE, experiment.name, experiment.description, ended.outcome, ended.seconds)
         self._comparisons += [Comparison(**each) for each in ended.outcome.data or ()]
 

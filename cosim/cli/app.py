@@ -1,20 +1,12 @@
-"""Define the command `cosim`; each of its commands imports what it needs, so that help and lists are there at once.
-
-It also hands out the FMUs as files for other tools: those that are there, copies of them, and built anew.
-"""
+"""Define the command `cosim`; each of its commands imports what it needs, so that help and lists are there at once."""
 
 from __future__ import annotations
 
-import os
+import math
 import shlex
-import shutil
-import subprocess
 import sys
-import tempfile
-from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
@@ -39,9 +31,12 @@ from cosim.cli.arguments import (
 )
 from cosim.cli.sweeping import draw_map, sweep
 from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
-from cosim.errors import FmuFileError, InputError, MissingPackageError, OutputError, suggestion
+from cosim.errors import InputError
 from cosim.fmi2.isolation import Limits
-from cosim.fmi2.locate import PACKAGINGS, build_script, how_to_build, promised_fmus
+from cosim.fmi2.locate import PACKAGINGS, promised_fmus
+
+if TYPE_CHECKING:
+    from cosim.drilling.reporting import Looks
 
 app = typer.Typer(
     help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
@@ -83,6 +78,19 @@ def list_scenarios() -> None:
             scenario = load_scenario(name)
             table.add_row(name, scenario.title, ", ".join(variant.name for variant in scenario.variants))
         new_console().print(table)
+
+
+@app.command()
+def info(
+    what: Annotated[str, typer.Argument(help="An .fmu file, the name of an FMU or a scenario, or its file.")],
+    packaging: PackagingOption = "native",
+    variant: Annotated[str | None, typer.Option(help="Of a scenario; by default the first.")] = None,
+) -> None:
+    """Show what an FMU or a scenario is made of: variables, units, ranges; connections, loops, stepping order."""
+    from cosim.cli.information import print_information
+
+    with sentences():
+        print_information(new_console(), what, packaging, variant)
 
 
 @app.command()
@@ -143,6 +151,27 @@ def resume(
         with progress_bar() as bar:
             manifest = resume_job(folder.absolute(), bar.show, bar.progress)
         print_manifest(manifest, folder)
+
+
+@app.command()
+def plot(
+    folders: Annotated[list[Path], typer.Argument(help="Of finished runs.", metavar="FOLDER...")],
+    signal: Annotated[list[str] | None, typer.Option(help="What to show, component.variable; repeatable.")] = None,
+    variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
+    begin: Annotated[float, typer.Option("--from", help="Time to begin at in s.")] = -math.inf,
+    end: Annotated[float, typer.Option("--to", help="Time to end at in s.")] = math.inf,
+    overlay: Annotated[bool, typer.Option("--overlay", help="Draw runs over each other, not beside.")] = False,
+    units: Annotated[str, typer.Option(help="si, metric: rpm, kN, or field: rpm, klbf, kft.lbf.")] = "si",
+    format_: Annotated[str | None, typer.Option("--format", help="png, svg or pdf, by default as the file.")] = None,
+    output: Annotated[Path | None, typer.Option(help="File for the figure, by default plot.png.")] = None,
+) -> None:
+    """Draw finished runs over time, beside each other or over each other, into one figure."""
+    from cosim.cli.figure import draw_runs
+
+    with sentences():
+        looks: Looks = {"begin": begin, "end": end, "overlay": overlay, "units": units}
+        target = draw_runs(folders, signal or (), variant or (), looks, format_, output)
+        new_console().print(Text(f"wrote {target}"), soft_wrap=True)
 
 
 @app.command()
@@ -246,6 +275,8 @@ def fmus(
     force: Annotated[bool, typer.Option("--force", help="Replace files of the same names.")] = False,
 ) -> None:
     """Hand out the FMU files, for the tool that is to import them."""
+    from cosim.cli.fmu_files import available_fmus, copy_fmus
+
     with sentences():
         console = new_console()
         if folder is None:
@@ -262,6 +293,8 @@ def fmus(
 )
 def build(arguments: typer.Context) -> None:
     """Build the FMUs anew, of either packaging, or that of a law of your own; --help says how."""
+    from cosim.cli.fmu_files import build_fmus
+
     with sentences():
         code = build_fmus(arguments.args)
     raise typer.Exit(code)
@@ -295,80 +328,3 @@ def main() -> None:
         app()
     except OSError as error:
         sys.exit(f"error: the output cannot be written: {error.strerror or error}")
-
-
-_NEEDED = ("ziglang", "pythonfmu", "jinja2")
-
-
-def available_fmus(packaging: str) -> dict[str, Path]:
-    """Return the files of the FMUs of this project, by name.
-
-    Raises
-    ------
-    InputError
-        If there is no such packaging.
-    FmuFileError
-        If there are none.
-    """
-    if packaging not in PACKAGINGS:
-        raise InputError(f"there is no packaging '{packaging}'{suggestion(packaging, PACKAGINGS)}")
-    found = promised_fmus(packaging)
-    if not found:
-        raise FmuFileError(f"there are no FMUs of the {packaging} packaging here{how_to_build(packaging)}")
-    return found
-
-
-def copy_fmus(folder: Path, packaging: str, *, replace: bool = False) -> list[Path]:
-    """Copy the FMUs into a folder, each whole or not at all; return the paths of the copies.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it is not there.
-    packaging : str
-        ``"native"`` or ``"python"``.
-    replace : bool, optional
-        Whether files of the same names and other content are replaced.
-
-    Raises
-    ------
-    InputError
-        If there is no such packaging, or a file of another content stands where a copy is to go: nothing is written.
-    FmuFileError
-        If there are no FMUs.
-    OutputError
-        If the folder cannot be written.
-    """
-    sources = available_fmus(packaging)
-    targets = {folder / source.name: source for source in sources.values()}
-    try:
-        if not replace:
-            for target, source in targets.items():
-                if target.exists() and target.read_bytes() != source.read_bytes():
-                    raise InputError(f"{target} is there already and is another file; expected --force to replace it")
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".fmus-", dir=folder) as draft:
-            for target, source in targets.items():
-                copy = shutil.copyfile(source, Path(draft) / source.name)
-                os.replace(copy, target)
-    except OSError as error:
-        raise OutputError(f"folder {folder} cannot be written: {error.strerror or error}") from error
-    return list(targets)
-
-
-def build_fmus(arguments: Sequence[str]) -> int:
-    """Build FMUs in a process of its own, by the options of `build_fmu.py`; return its exit code.
-
-    Raises
-    ------
-    MissingPackageError
-        If what building needs is not installed.
-    """
-    missing = [name for name in _NEEDED if find_spec(name) is None]
-    if missing:
-        brings = 'pip install "drillstring-cosim[build]" brings all of it'
-        raise MissingPackageError(f"building FMUs needs {', '.join(missing)}; {brings}")
-    script = build_script()
-    how = ["-m", "cosim.fmu_src.build"] if script is None else [str(script)]
-    command = [sys.executable, *how, *arguments]
-    return subprocess.run(command, check=False).returncode

@@ -21,7 +21,7 @@ from cosim.drilling.mathematics import (
     input_of,
     peak_speed,
 )
-from cosim.drilling.reporting import blank_figure
+from cosim.recording.figure import blank_figure
 from cosim.recording.result import Result
 from cosim.system.signals import FloatArray
 

@@ -6,12 +6,10 @@ written to a manifest and shown in a table, and what is drawn.
 
 from __future__ import annotations
 
-import io
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypedDict, TypeVar, Unpack
 
 import numpy as np
 
@@ -19,19 +17,17 @@ from cosim.drilling import energy, oscillation
 from cosim.drilling.energy import energy_balance, folding_sentence
 from cosim.drilling.oscillation import Measures, measure
 from cosim.drilling.severity import rotation_of, severity_of
-from cosim.errors import printable
-from cosim.files import replace_file
+from cosim.recording import figure
+from cosim.recording.figure import MOST_PANELS, View
 from cosim.recording.result import Column, Result
 
 __all__ = [
-    "Findings", "blank_figure", "default_signals", "draw", "find", "headings", "rotation_of", "save_figure",
-    "severity_of", "watched",
+    "Findings", "Looks", "default_signals", "draw", "find", "headings", "rotation_of", "severity_of", "view_of",
+    "watched",
 ]  # fmt: skip
 
 Found = TypeVar("Found")
 
-# Colours that stay apart for colour-blind readers and in grey.
-_COLOURS = ("#0b5394", "#b45309", "#2f6f4f", "#7a3b69")
 _NAMES = {
     "bit_speed": "Bit speed",
     "bit_torque": "Torque on bit",
@@ -40,13 +36,15 @@ _NAMES = {
     "WOB": "Weight on bit",
     "Omega": "Drive speed",
 }
-# Large values are shown in thousands.
-_THOUSANDS = {"N.m": "kN.m", "N": "kN", "J": "kJ"}
-_MOST_PANELS = 4
-# A long chattering line is more than Agg can draw at once, and its own chunks leave gaps.
-_LONGEST_LINE = 5000
-# A title or name of any length would be laid out for minutes, off the page.
-_LONGEST_TITLE, _LONGEST_NAME = 300, 80
+
+
+class Looks(TypedDict, total=False):
+    """Looks of a view that are no matter of drilling."""
+
+    begin: float
+    end: float
+    overlay: bool
+    units: str
 
 
 @dataclass(frozen=True)
@@ -113,7 +111,7 @@ def _of_first(result: Result, look: Callable[[Result, str], Found | None]) -> Fo
 
 
 def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequence[str] = ()) -> None:
-    """Draw trajectories over time into a PNG file, which replaces one that is there when it is complete.
+    """Draw trajectories over time into a file, which replaces one that is there when it is complete.
 
     Parameters
     ----------
@@ -132,66 +130,13 @@ def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequenc
     OSError
         If the file cannot be written.
     """
-    shortened = {printable(name)[:_LONGEST_NAME]: result for name, result in results.items()}
-    save_figure(path, lambda: _compose(printable(title)[:_LONGEST_TITLE], shortened, signals))
+    figure.draw(path, title, results, view_of(next(iter(results.values())), signals))
 
 
-def save_figure(path: Path, compose: Callable[[], Any]) -> None:
-    """Write a figure into a PNG file, which replaces one that is there when it is complete.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    compose : callable
-        Makes the figure, whose texts are drawn as they stand.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
-    import matplotlib
-
-    rc_context = cast(Any, matplotlib).rc_context
-    drawn = io.BytesIO()
-    # What is written is from files, and so no mathematics; and a font lacks some letters of all there are.
-    with rc_context({"text.parse_math": False, "text.usetex": False}), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        compose().savefig(drawn)
-    replace_file(path, drawn.getvalue())
-
-
-def _compose(title: str, results: Mapping[str, Result], signals: Sequence[str]) -> Any:
-    """Lay out the panels."""
-    first = next(iter(results.values()))
-    shown = list(signals) or default_signals({name: first[name].dtype for name in first.names})
-    rows, columns = max(1, len(shown)), len(results)
-    figure = blank_figure(max(7.2, 3.6 * columns), 0.9 + 2.3 * rows)
-    figure.suptitle(title, fontsize=12)
-    panels = figure.subplots(rows, columns, sharex=True, sharey="row", squeeze=False)
-    for row, name in enumerate(shown):
-        for column, (variant, result) in enumerate(results.items()):
-            panel = panels[row, column]
-            _draw_panel(panel, result, name, _COLOURS[row % len(_COLOURS)])
-            if column == 0:
-                panel.set_ylabel(_label(name, result.units.get(name, "")))
-                panel.set_title(f"{chr(ord('a') + row)})", loc="left", fontsize=10, fontweight="bold")
-            if row == 0 and columns > 1:
-                panel.set_title(variant, fontsize=10)
-            if row == rows - 1:
-                panel.set_xlabel("Time [s]")
-    return figure
-
-
-def blank_figure(width: float, height: float) -> Any:
-    """Return a figure without panels, sizes in inches; matplotlib, which takes long to import, is only now."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure: Any = Figure(figsize=(width, height), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+def view_of(result: Result, signals: Sequence[str] = (), **how: Unpack[Looks]) -> View:
+    """Return how to show a result: variables by what they are called in drilling, and by default those of the bit."""
+    shown = list(signals) or default_signals({name: result[name].dtype for name in result.names})
+    return View(shown, names=_NAMES, **how)
 
 
 def default_signals(types: Mapping[str, np.dtype[Any]]) -> list[str]:
@@ -200,25 +145,4 @@ def default_signals(types: Mapping[str, np.dtype[Any]]) -> list[str]:
         component, _, variable = name.partition(".")
         if variable == "bit_speed" and f"{component}.bit_torque" in types:
             return [name, f"{component}.bit_torque"]
-    return [name for name, dtype in types.items() if dtype == np.float64][:_MOST_PANELS]
-
-
-def _draw_panel(panel: Any, result: Result, name: str, colour: str) -> None:
-    """Draw one trajectory; strings as they follow each other, each at a height of its own."""
-    values = result[name]
-    if values.dtype != object:
-        values = values / (1000.0 if result.units.get(name, "") in _THOUSANDS else 1.0)
-    for first in range(0, max(1, values.size - 1), _LONGEST_LINE):
-        part = slice(first, first + _LONGEST_LINE + 1)  # a point in common, so that the line has no gap
-        panel.plot(result.time[part], values[part], color=colour, linewidth=0.9)
-    panel.grid(visible=True, color="#d9d9d9", linewidth=0.5)
-    panel.spines[["top", "right"]].set_visible(False)
-    panel.margins(x=0.0)
-
-
-def _label(name: str, unit: str) -> str:
-    """Write the label of an axis."""
-    variable = name.partition(".")[2]
-    shown = _THOUSANDS.get(unit, printable(unit)[:_LONGEST_NAME])
-    text = _NAMES.get(variable, printable(name)[:_LONGEST_NAME])
-    return f"{text} [{shown}]" if shown and shown != "1" else text
+    return [name for name, dtype in types.items() if dtype == np.float64][:MOST_PANELS]

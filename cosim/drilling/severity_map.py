@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.drilling.reporting import blank_figure, save_figure
 from cosim.drilling.severity import QUANTITIES, SWING
 from cosim.errors import InputError, MissingPackageError, suggestion
-from cosim.system.field_units import field_unit
+from cosim.recording.figure import blank_figure, save_figure
+from cosim.system.field_units import shown_in
 from cosim.system.signals import FloatArray
 
 if TYPE_CHECKING:
@@ -28,12 +28,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("cosim")
 
-UNITS: Mapping[str, Mapping[str, str]] = {
-    "si": {"N": "kN", "N.m": "kN.m"},
-    "metric": {"rad/s": "rpm", "N": "kN", "N.m": "kN.m"},
-    "field": {"rad/s": "rpm", "N": "klbf", "N.m": "kft.lbf", "m": "ft"},
-}
-"""What is shown instead of a unit of SI, by the name of a choice."""
 _NAMES = {"Omega": "Drive speed", "WOB": "Weight on bit"}
 _BRANCHES = {"rest": "from rest", "up": "continued up", "down": "continued down"}
 _STRING = "DrillstringNeutral"
@@ -227,7 +221,7 @@ def draw_maps(
     maps : sequence of Map
         Over the same plane; of several branches, cells in which they disagree are marked.
     units : str
-        One of `UNITS`.
+        As of `cosim.system.field_units.shown_in`.
     folds : (ndarray, ndarray), optional
         From `find_folds`.
     difference : bool
@@ -240,8 +234,7 @@ def draw_maps(
     OSError
         If the file cannot be written.
     """
-    if units not in UNITS:
-        raise InputError(f"there are no units '{units}'{suggestion(units, UNITS)}")
+    shown_in("", units)
     for each in maps[1:]:
         each.less(maps[0])
     save_figure(path, lambda: _compose(maps, units, folds, difference))
@@ -252,7 +245,7 @@ def _compose(maps: Sequence[Map], units: str, folds: tuple[FloatArray, FloatArra
     figure = blank_figure(1.6 + 4.0 * len(maps), 4.3)
     panels = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
     first = maps[0]
-    factor, unit = _shown(first.unit, units)
+    unit, factor = shown_in(first.unit, units)
     limits = _limits([each.values * factor for each in maps], first.quantity, difference)
     apart = bistable(maps) if len(maps) > 1 and not difference else None
     shading = None
@@ -273,17 +266,10 @@ def _compose(maps: Sequence[Map], units: str, folds: tuple[FloatArray, FloatArra
     return figure
 
 
-def _shown(unit: str, units: str) -> tuple[float, str]:
-    """Return by what values in a unit are multiplied to be shown, and in which unit they are then."""
-    name = UNITS[units].get(unit)
-    known = None if name is None else field_unit(name)
-    return (1.0, unit) if name is None or known is None else (1.0 / known.factor, name)
-
-
 def _label(name: str, unit: str, units: str) -> str:
     """Write the label of an axis."""
     variable = name.partition(".")[2]
-    shown = _shown(unit, units)[1]
+    shown = shown_in(unit, units)[0]
     return f"{_NAMES.get(variable, name)} [{shown}]" if shown else _NAMES.get(variable, name)
 
 
@@ -304,7 +290,7 @@ def _limits(values: Sequence[FloatArray], quantity: str, difference: bool) -> tu
 
 def _draw(panel: Any, each: Map, factor: float, units: str, limits: tuple[float, float], difference: bool) -> Any:
     """Draw the number as colours, where the bit stands still grey, and failed runs as crosses."""
-    x, y = each.x * _shown(each.x_unit, units)[0], each.y * _shown(each.y_unit, units)[0]
+    x, y = each.x * shown_in(each.x_unit, units)[1], each.y * shown_in(each.y_unit, units)[1]
     values = each.values * factor
     colours = "RdBu_r" if difference else "viridis" if each.quantity == "period" else "magma_r"
     panel.set_facecolor("white")
@@ -318,7 +304,8 @@ def _draw(panel: Any, each: Map, factor: float, units: str, limits: tuple[float,
         rows, columns = np.nonzero(each.failed)
         panel.plot(x[columns], y[rows], "x", color="#c00000", markersize=4, label="failed")
     if still.any():
-        panel.plot([], [], "s", color="#bcbcbc", label="bit stands still")
+        label = "bit stands still" if not difference else "bit stands still in one"
+        panel.plot([], [], "s", color="#bcbcbc", label=label)
     panel.set(xlabel=_label(each.x_name, each.x_unit, units), xlim=_ends(x), ylim=_ends(y))
     return shading
 
@@ -336,7 +323,7 @@ def _draw_lines(panel: Any, each: Map, units: str, folds: tuple[FloatArray, Floa
         return
     from cosim.drilling.mathematics import stability_boundary
 
-    x_factor, y_factor = _shown(each.x_unit, units)[0], _shown(each.y_unit, units)[0]
+    x_factor, y_factor = shown_in(each.x_unit, units)[1], shown_in(each.y_unit, units)[1]
     weights: FloatArray = np.linspace(max(float(each.y[0]), 1.0), float(each.y[-1]), 200)
     speeds = stability_boundary(each.string, weights)
     for width, colour, label in ((3.2, "white", None), (1.6, "#0b5394", "rotation loses its stability (spectrum)")):
@@ -349,7 +336,7 @@ def _draw_lines(panel: Any, each: Map, units: str, folds: tuple[FloatArray, Floa
 def _mark(panel: Any, each: Map, apart: BoolArray, units: str) -> None:
     """Mark cells in which branches disagree."""
     rows, columns = np.nonzero(apart)
-    x, y = each.x * _shown(each.x_unit, units)[0], each.y * _shown(each.y_unit, units)[0]
+    x, y = each.x * shown_in(each.x_unit, units)[1], each.y * shown_in(each.y_unit, units)[1]
     panel.plot(x[columns], y[rows], ".", color="#0f9d9d", markersize=1.8, label="branches disagree: bistable")
 
 

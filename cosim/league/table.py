@@ -10,11 +10,11 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from cosim.drilling.reporting import blank_figure, save_figure
 from cosim.errors import OutputError, printable
 from cosim.files import replace_file, why
 from cosim.league.playing import Limit, Standings
 from cosim.league.score import COLUMNS, Score
+from cosim.recording.figure import blank_figure, save_figure
 from cosim.run.report import commit, versions
 
 SCORES, LIMITS, FIGURE, ABOUT = "scores.csv", "limits.csv", "league.png", "league.json"

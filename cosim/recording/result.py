@@ -1,25 +1,26 @@
-"""Keep trajectories: rows as a run gives them, the memory that keeps them, and the result that a run leaves.
-
-As CSV text, numbers have as many digits as read back to the same bits, and Booleans are 0 and 1.
-"""
+"""Keep trajectories: rows as a run gives them, the memory that keeps them, and the result that a run leaves."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import RunError, UnknownNameError, suggestion
+from cosim.recording import exchange
 from cosim.system.signals import FloatArray
+
+if TYPE_CHECKING:
+    import pandas  # pyright: ignore[reportMissingTypeStubs]
+    import xarray
+    from matplotlib.figure import Figure
 
 _TIMES = "time"
 
@@ -101,17 +102,113 @@ class Result(Mapping[str, NDArray[Any]]):
 
     def __reduce__(self) -> tuple[object, ...]:
         """Return what a copy is made from."""
-        return _read_only, (self.time, dict(self.columns), dict(self.units), dict(self.record))
+        return finished_result, (self.time, dict(self.columns), dict(self.units), dict(self.record))
 
-    def to_csv(self, path: str | Path) -> None:
-        """Write all trajectories: first column ``time``, then ``component.variable``.
+    def _repr_html_(self) -> str:
+        """Describe it in a notebook: columns with units, first and last values, least and greatest."""
+        return exchange.to_html(self)
+
+    def to_csv(
+        self, path: str | Path, columns: Sequence[str] | None = None, *, decimate: int = 1, units: bool = False
+    ) -> None:
+        """Write trajectories: first column ``time``, then ``component.variable``.
 
         Numbers are written with as many digits as read back to the same bits, Booleans as 0 and 1, strings quoted where
         RFC 4180 asks for it.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        columns : sequence of str, optional
+            Which, in this order; by default all.
+        decimate : int
+            Write only every so manyth row, the first among them.
+        units : bool
+            Write units into the header, as ``plant.bit_speed [rad/s]``.
+
+        Raises
+        ------
+        InputError
+            If a column was not recorded, or the file cannot be written.
         """
-        with Path(path).open("w", encoding="utf-8", newline="\n") as file:
-            file.write(header(self.columns))
-            file.writelines(lines(self.time, *self.columns.values()))
+        exchange.write_csv(self, path, columns, decimate=decimate, units=units)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return an `xarray.Dataset` over ``time`` [s], a variable for each column.
+
+        Units are in ``attrs["units"]`` of each, the account of the run in the dataset's own, as JSON where it is not
+        plain numbers or text.
+
+        Raises
+        ------
+        MissingPackageError
+            If xarray is not installed.
+        """
+        return exchange.to_dataset(self)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a `pandas.DataFrame` with an index ``time`` [s], a column for each; units are in ``attrs["units"]``.
+
+        Raises
+        ------
+        MissingPackageError
+            If pandas is not installed.
+        """
+        return exchange.to_dataframe(self)
+
+    def to_parquet(self, path: str | Path) -> None:
+        """Write a Parquet file: ``time`` and the columns; units and the account of the run are in its metadata.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written; `MissingPackageError` if pyarrow is not installed.
+        """
+        exchange.write_parquet(self, path)
+
+    def to_mat(self, path: str | Path) -> None:
+        """Write a MATLAB file: ``time``, a struct for each component with a field for each variable, and ``units``.
+
+        Characters that MATLAB's names cannot have become ``_``; the struct ``names`` has the names as they were, and
+        ``record`` the account of the run as JSON.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written; `MissingPackageError` if SciPy is not installed.
+        """
+        exchange.write_mat(self, path)
+
+    def plot(
+        self, *signals: str, begin: float = -math.inf, end: float = math.inf, units: str = "si", title: str = ""
+    ) -> Figure:
+        """Draw trajectories over time; `cosim.plot` draws several results, beside or over each other.
+
+        Parameters
+        ----------
+        *signals : str
+            One panel each, as ``component.variable``; by default the first numbers recorded.
+        begin, end : float
+            The times between which they are shown [s].
+        units : str
+            ``"si"`` for kN and kN.m, or ``"field"`` for rpm, klbf and kft.lbf.
+        title : str
+            Above everything.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            A notebook shows it; ``savefig`` writes it.
+
+        Raises
+        ------
+        InputError
+            If a signal was not recorded, or nothing lies between the times.
+        """
+        from cosim.recording.figure import View, plot
+
+        return plot(self, View(signals, begin, end, units=units), title)
 
 
 def _has_nan(values: NDArray[Any]) -> bool:
@@ -119,39 +216,13 @@ def _has_nan(values: NDArray[Any]) -> bool:
     return values.dtype.kind == "f"
 
 
-def _read_only(
+def finished_result(
     times: FloatArray, columns: dict[str, NDArray[Any]], units: dict[str, str], record: Mapping[str, Any]
 ) -> Result:
-    """Return a result that can be read but not changed."""
+    """Return a result of what is complete, which can be read but not changed."""
     for array in (times, *columns.values()):
         array.flags.writeable = False
     return Result(times, MappingProxyType(columns), MappingProxyType(units), MappingProxyType(dict(record)))
-
-
-def header(names: Iterable[str]) -> str:
-    """Write the first line: ``time``, then the names of the columns, quoted where RFC 4180 asks for it."""
-    line = io.StringIO()
-    csv.writer(line, lineterminator="\n").writerow(["time", *names])
-    return line.getvalue()
-
-
-def lines(times: NDArray[Any], *columns: NDArray[Any]) -> Iterator[str]:
-    """Write a line for each row; `repr` of a float is the shortest text that reads back the same."""
-    return (",".join(row) + "\n" for row in zip(*map(_texts, (times, *columns)), strict=True))
-
-
-def _texts(column: NDArray[Any]) -> Iterator[str]:
-    """Write each value of a column."""
-    if column.dtype == object:
-        return map(_quoted, column.tolist())
-    return map(repr, column.astype(np.int32).tolist() if column.dtype == np.bool_ else column.tolist())
-
-
-def _quoted(text: str) -> str:
-    """Write a string, quoted where RFC 4180 asks for it."""
-    if any(mark in text for mark in ',"\r\n'):
-        return '"' + text.replace('"', '""') + '"'
-    return text
 
 
 @dataclass(frozen=True)
@@ -247,7 +318,7 @@ class RowMemory:
             older = int(np.searchsorted(times, float(times[-1]) - since, side="right"))
             times = times[max(0, older - 1) :]
         values = {name: column[self._filled - times.size : self._filled] for name, column in self._values.items()}
-        return _read_only(times, values, {column.name: column.unit for column in self._columns}, record)
+        return finished_result(times, values, {column.name: column.unit for column in self._columns}, record)
 
     def _grow(self, rows: int) -> None:
         """Make room for more rows."""
@@ -312,7 +383,7 @@ def kept_result(arrays: Mapping[str, NDArray[Any]], units: Mapping[str, str], re
     kept = {name: arrays[_kept_name(name)] for name in units}
     values = {name: column.astype(object) if column.dtype.kind == "U" else column for name, column in kept.items()}
     _refuse_unequal(times, values)
-    return _read_only(times, values, dict(units), record)
+    return finished_result(times, values, dict(units), record)
 
 
 def _refuse_unequal(times: FloatArray, columns: Mapping[str, NDArray[Any]]) -> None:

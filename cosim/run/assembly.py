@@ -77,18 +77,10 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
     RunError
         If a component cannot be instantiated.
     """
-    from cosim.fmi2.model_description import read_description  # with fmpy, which importing this module does without
-
     variant = scenario.variant(options.variant)
     method = options.method(scenario)
-    system = chosen_system(scenario, variant, options)
-    paths = fmu_paths(system, options.packaging, scenario.folder)
-    found = {name: read_description(path) for name, path in paths.items()}
-    found |= describe_functions(system, found)
-    descriptions = {part.name: found[part.name] for part in system.components}
-    system = read_written(system, descriptions)
+    system, descriptions, paths = described(scenario, options)
     _tell_flaws(paths, descriptions)
-    system = in_declared_units(system, descriptions)
     isolated = modules_apart(paths, _isolated(system, options.isolate))
     _refuse_twins(paths, {name: descriptions[name] for name in paths if name not in isolated})
     began = time.perf_counter()
@@ -126,6 +118,24 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
         yield Assembly(master, descriptions, provenance, loading, slaves)
 
 
+def described(scenario: Scenario, options: RunOptions) -> tuple[System, dict[str, Description], dict[str, Path]]:
+    """Return the system that is run, its values read, with descriptions by component, and files of those that are FMUs.
+
+    Raises
+    ------
+    InputError
+        If a component does not exist, or a value is in a unit that does not fit.
+    """
+    from cosim.fmi2.model_description import read_description  # with fmpy, which importing this module does without
+
+    system = _system(scenario, scenario.variant(options.variant), options)
+    paths = _paths(system, options.packaging, scenario.folder)
+    found = {name: read_description(path) for name, path in paths.items()}
+    found |= describe_functions(system, found)
+    descriptions = {part.name: found[part.name] for part in system.components}
+    return in_declared_units(read_written(system, descriptions), descriptions), descriptions, paths
+
+
 def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: str) -> None:
     """Refuse values of variants that do not fit, those of the last as well, before the first is run."""
     from cosim.fmi2.model_description import read_description  # with fmpy, which importing this module does without
@@ -141,7 +151,7 @@ def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: 
             start_values(replace(part, parameters=given), known[path])
 
 
-def chosen_system(scenario: Scenario, variant: Variant | None, options: RunOptions) -> System:
+def _system(scenario: Scenario, variant: Variant | None, options: RunOptions) -> System:
     """Return what is run: the scenario's system, functions in it, and values on top."""
     if not options.components and not options.connections:
         return scenario.system_of(variant, options.overrides)
@@ -149,7 +159,7 @@ def chosen_system(scenario: Scenario, variant: Variant | None, options: RunOptio
     return system.with_values(options.overrides or {})
 
 
-def fmu_paths(system: System, packaging: str, folder: Path | None) -> dict[str, Path]:
+def _paths(system: System, packaging: str, folder: Path | None) -> dict[str, Path]:
     """Find the files of the components that are FMUs."""
     parts = [part for part in system.components if not callable(part.fmu)]
     return {part.name: locate_fmu(part.fmu, packaging, folder) for part in parts}

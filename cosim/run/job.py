@@ -269,8 +269,7 @@ class _Report:
         label = made.variant or made.scenario
         figure = _drawn(self.folder, (subfolder / FIGURE).as_posix(), self.title, {label: result}, self.signals)
         trajectory = (subfolder / self.sink.trajectory).as_posix()
-        entry = VariantReport(made, trajectory, dict(result.units), reporting.find(result), figure or "")
-        manifest = manifest.with_variant(entry)
+        manifest = manifest.with_variant(VariantReport.of(result, trajectory, figure or ""))
         if len(manifest.variants) == variants:
             manifest = replace(manifest, job=None)
         manifest.write(self.folder)
@@ -301,8 +300,7 @@ def _complete(job: Job, sink: _Sink, folder: Path, manifest: Manifest, progress:
             manifest = _Report(sink, folder, title, signals).of(manifest, len(job.labels), result, subfolder)
             continue
         results[label] = result
-        made, trajectory = RunReport.from_record(result.record), (subfolder / sink.trajectory).as_posix()
-        manifest = manifest.with_variant(VariantReport(made, trajectory, dict(result.units), reporting.find(result)))
+        manifest = manifest.with_variant(VariantReport.of(result, (subfolder / sink.trajectory).as_posix()))
     if results:
         manifest = replace(manifest, figure=_drawn(folder, FIGURE, title, results, signals))
         manifest.write(folder)

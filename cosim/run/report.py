@@ -25,9 +25,10 @@ from typing import Any, NotRequired, TypeVar, cast
 import numpy as np
 from typing_extensions import TypedDict  # as pydantic wants it before Python 3.12
 
-from cosim.drilling.reporting import Findings
+from cosim.drilling.reporting import Findings, find
 from cosim.errors import OutputError
 from cosim.files import read_file, replace_file, why
+from cosim.recording.result import Result
 from cosim.scenario.scenario import Scenario
 
 MANIFEST = "manifest.json"
@@ -232,6 +233,8 @@ class VariantReport:
         Where its rows are, within the folder.
     units : mapping of str to str
         Of the columns that were kept.
+    types : mapping of str to str
+        Types of these columns, as NumPy names them.
     findings : Findings
         Measures and energy.
     figure : str, optional
@@ -241,6 +244,7 @@ class VariantReport:
     run: RunReport
     trajectory: str
     units: Mapping[str, str]
+    types: Mapping[str, str]
     findings: Findings
     figure: str | None = None
 
@@ -254,14 +258,22 @@ class VariantReport:
         told = self.run.record()
         del told["scenario"], told["versions"]
         figure = {} if self.figure is None else {"figure": self.figure}
-        whole = {"trajectory": self.trajectory, "units": dict(self.units), **self.findings.to_json(), **figure}
-        return {**told, **whole}
+        columns = {"units": dict(self.units), "types": dict(self.types)}
+        return {**told, "trajectory": self.trajectory, **columns, **self.findings.to_json(), **figure}
 
     @classmethod
     def from_json(cls, entry: Mapping[str, Any], head: Mapping[str, Any]) -> VariantReport:
         """Read an entry of a manifest, of which the head is given as well."""
         run = RunReport.from_record({**entry, "scenario": head["scenario"], "versions": head["versions"]})
-        return cls(run, entry["trajectory"], entry["units"], Findings.from_json(entry), entry.get("figure"))
+        findings = Findings.from_json(entry)
+        return cls(run, entry["trajectory"], entry["units"], entry.get("types", {}), findings, entry.get("figure"))
+
+    @classmethod
+    def of(cls, result: Result, trajectory: str, figure: str | None = None) -> VariantReport:
+        """Report a result, whose rows are in a file or folder."""
+        types = {name: result[name].dtype.name for name in result.names}
+        made = RunReport.from_record(result.record)
+        return cls(made, trajectory, dict(result.units), types, find(result), figure)
 
 
 @dataclass(frozen=True)

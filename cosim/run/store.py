@@ -16,7 +16,8 @@ from typing import Any, Protocol
 
 from cosim.errors import InputError, OutputError, suggestion
 from cosim.files import open_file, replace_file, why, write_all
-from cosim.recording.result import Column, Rows, header, lines
+from cosim.recording.exchange import header, lines
+from cosim.recording.result import Column, Rows
 
 Position = Mapping[str, int]
 """The rows a store holds, by what it counts."""

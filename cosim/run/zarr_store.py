@@ -5,7 +5,6 @@ Columns may differ in length if the program ends while it writes; `cosim.open_tr
 
 from __future__ import annotations
 
-import json
 import uuid
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from cosim.errors import OutputError
 from cosim.files import make_durable, replace_file, why
+from cosim.recording.exchange import simple_attributes
 from cosim.recording.record import TEXT
 from cosim.recording.result import Column, Rows
 from cosim.run import zarr_layout as layout
@@ -134,7 +134,7 @@ class ZarrStore:
     def close(self, attributes: Mapping[str, Any]) -> None:
         """Write everything, with attributes of the whole, and gather what describes the columns in one place."""
         self.commit()
-        self._attributes |= _simple(attributes)
+        self._attributes |= simple_attributes(attributes)
         content = text_of(self._attributes)
         with _writing(self._path):
             self._index.attributes.append(digest(content))
@@ -196,7 +196,7 @@ def create_zarr(path: Path, columns: Mapping[int, Sequence[Column]], attributes:
     OutputError
         If the folder cannot be written.
     """
-    told = _simple(attributes)
+    told = simple_attributes(attributes)
     content = text_of(told)
     index = Index(uuid.uuid4().hex, layout.strides_of(columns), [digest(content)])
     store = ZarrStore(path, index, [_Axis(each) for each in index.axes], told)
@@ -294,15 +294,6 @@ def _beginning(path: Path, column: ColumnIndex, number: int, rows: int) -> NDArr
     if number > len(column.full) or there < rows:
         raise DamagedStoreError(f"{column.name} has been stored for less than {number * layout.CHUNK + rows} rows")
     return layout.read_chunk(path, column, number)
-
-
-def _simple(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return attributes as netCDF knows them too: text and numbers; anything else as JSON."""
-    simple = (str, int, float)
-    return {
-        key: value if isinstance(value, simple) and not isinstance(value, bool) else json.dumps(value)
-        for key, value in attributes.items()
-    }
 
 
 @contextmanager

@@ -9,12 +9,14 @@ import re
 import tomllib
 from collections.abc import Callable, Collection, Generator, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 from cosim.errors import InputError, ScenarioError, suggestion
 from cosim.files import read_file
 from cosim.scenario.scenario import Scenario, Variant
+from cosim.system.field_units import in_unit, quantity
 from cosim.system.method import Method
 from cosim.system.signals import Constant, Ramp, Signal, Step, Table, Value, ramp, table_of_points
 from cosim.system.structure import Component, Connection, PowerBond, System
@@ -123,9 +125,9 @@ def _scenario(content: dict[str, Any], path: Path) -> Scenario:
     return Scenario(
         name=path.stem,
         system=system,
-        stop_time=table.number("stop_time"),
-        step_size=table.number("step_size"),
-        start_time=table.number("start_time", 0.0),
+        stop_time=table.seconds("stop_time"),
+        step_size=table.seconds("step_size"),
+        start_time=table.seconds("start_time", 0.0),
         method=_method(table),
         title=table.text("title", ""),
         description=table.text("description", "").strip(),
@@ -285,8 +287,8 @@ def read_signal(content: object, where: str, folder: Path) -> Signal:
         raise ScenarioError(f"{where}.kind is '{kind}'{suggestion(kind, _SIGNAL_KEYS)}")
     table = TomlTable(cast(object, content), where, ("kind", *_SIGNAL_KEYS[kind]))
     build: dict[str, Callable[[], Signal]] = {
-        Step.kind: lambda: Step(table.level("before"), table.level("after"), table.number("at")),
-        Ramp.kind: lambda: ramp(*(table.number(key) for key in Ramp.parts())),
+        Step.kind: lambda: Step(table.level("before"), table.level("after"), table.seconds("at")),
+        Ramp.kind: lambda: _ramp(table),
         Table.kind: lambda: _points(table, folder),
     }
     try:
@@ -294,6 +296,21 @@ def read_signal(content: object, where: str, folder: Path) -> Signal:
     except ScenarioError as error:
         message = str(error)
         raise ScenarioError(message if where in message else f"{where}: {message}") from None
+
+
+def _ramp(table: TomlTable) -> Signal:
+    """Build a ramp, whose values may be in a unit: both as numbers with it, or both in that of the key ``unit``."""
+    (initial, unit), (final, other) = (table.quantity(key) for key in ("initial", "final"))
+    if unit != other or (unit and "unit" in table):
+        told = ", ".join(f"'{each}'" if each else "none" for each in (unit, other))
+        raise ScenarioError(f"the values are in the units {told}; expected one unit, once, or with both of them")
+    unit = unit or table.text("unit", "")
+    found = ramp(initial, final, table.seconds("start"), table.seconds("duration"))
+    if not unit:
+        return found
+    if isinstance(found, Ramp):
+        return replace(found, unit=unit)
+    return Step(f"{initial!r} {unit}", f"{final!r} {unit}", found.at)  # its levels are read as numbers with units
 
 
 def _points(table: TomlTable, folder: Path) -> Signal:
@@ -374,6 +391,23 @@ class TomlTable:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number")
         return float(value)
+
+    def quantity(self, key: str) -> tuple[float, str]:
+        """Take a number, or one with a unit, as ``"120 rpm"``; the unit is empty where there is none."""
+        value = self._get(key, None)
+        found = quantity(value) if isinstance(value, str) else (self.number(key), "")
+        if found is None:
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number, or one with a unit")
+        return found
+
+    def seconds(self, key: str, default: float | None = None) -> float:
+        """Take a time in s, or in a unit that it names, as ``"2 min"``."""
+        value = self._get(key, default)
+        if not isinstance(value, str):
+            return self.number(key, default)
+        if quantity(value) is None:
+            raise ScenarioError(f"{self.path(key)} is {value!r}; expected a number, or one with a unit, as '2 min'")
+        return in_unit(value, "s", self.path(key))
 
     def boolean(self, key: str, *, default: bool) -> bool:
         """Take a Boolean."""

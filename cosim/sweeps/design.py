@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from cosim.errors import InputError, require, suggestion
 from cosim.system.compatibility import Written
+from cosim.system.field_units import quantity
 from cosim.system.signals import FloatArray, Value, plain_value
 
 SAMPLES = "sample"
@@ -125,7 +126,7 @@ def read_values(name: str, said: Values) -> list[Value]:
     """
     if isinstance(said, str):
         parts = said.split(":")
-        values: list[Value] = list(_range(name, said, parts).tolist()) if len(parts) > 1 else _list(said)
+        values = _range(name, said, parts) if len(parts) > 1 else _list(said)
     else:
         values = [plain_value(value) for value in said]
     if not values:
@@ -144,25 +145,38 @@ def _list(text: str) -> list[Value]:
     return [Written(part.strip()) for part in text.split(",") if part.strip()]
 
 
-def _range(name: str, text: str, parts: Sequence[str]) -> FloatArray:
-    """Read ``first:last:count``."""
+def _range(name: str, text: str, parts: Sequence[str]) -> list[Value]:
+    """Read ``first:last:count``, whose ends may have a unit."""
     try:
-        first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
+        first, last, count = _end(parts[0]), _end(parts[1]), int(parts[2])
     except (ValueError, IndexError):
         raise InputError(f"{name}={text}: expected first:last:count, such as 2:20:65") from None
     if len(parts) > 3:
         raise InputError(f"{name}={text}: expected first:last:count, such as 2:20:65")
     if count < 1:
         raise InputError(f"{name}={text}: the range is empty; expected a count of 2 or more")
-    if not (math.isfinite(first) and math.isfinite(last)):
+    if first[1] != last[1]:
+        raise InputError(f"{name}={text}: the ends are in different units; expected one")
+    if not (math.isfinite(first[0]) and math.isfinite(last[0])):
         raise InputError(f"{name}={text}: expected finite numbers")
-    if last < first:
+    if last[0] < first[0]:
         raise InputError(f"{name}={text}: the range is reversed; expected {parts[1]}:{parts[0]}:{parts[2]}")
     if count == 1 or first == last:
         raise InputError(f"{name}={text}: the range is a single value; expected {name}={parts[0]}")
     if count > MOST_POINTS:
         raise InputError(f"{name}={text}: expected at most {MOST_POINTS} values")
-    return np.linspace(first, last, count)
+    return _with_unit(np.linspace(first[0], last[0], count), first[1])
+
+
+def _end(text: str) -> tuple[float, str]:
+    """Read a number, and its unit if it has one; ValueError if it is none."""
+    return quantity(text) or (float(text), "")
+
+
+def _with_unit(values: FloatArray, unit: str) -> list[Value]:
+    """Return numbers as they are, or with a unit as texts, which are read by the unit of their variable."""
+    numbers: list[float] = values.tolist()
+    return [Written(f"{number!r} {unit}") for number in numbers] if unit else list(numbers)
 
 
 def sampled(bounds: Mapping[str, str | tuple[float, float]], count: int, method: str, seed: int) -> Axis:
@@ -186,7 +200,7 @@ def sampled(bounds: Mapping[str, str | tuple[float, float]], count: int, method:
     """
     if method not in METHODS:
         raise InputError(f"there is no way of sampling '{method}'{suggestion(method, METHODS)}")
-    ends = np.array([_bounds(name, said) for name, said in bounds.items()])
+    read = [_bounds(name, said) for name, said in bounds.items()]
     if not 1 <= count <= MOST_POINTS:
         raise InputError(f"{count} samples were asked for; expected 1 to {MOST_POINTS}")
     if method == "sobol" and count & (count - 1):
@@ -195,19 +209,22 @@ def sampled(bounds: Mapping[str, str | tuple[float, float]], count: int, method:
     qmc = require("scipy.stats.qmc", extra="theory", purpose="sampling")
     draw = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
     unit = cast(NDArray[np.float64], draw(len(bounds), rng=seed).random(count))
-    drawn = ends[:, 0] + unit * (ends[:, 1] - ends[:, 0])
-    return Axis(SAMPLES, {name: drawn[:, number].tolist() for number, name in enumerate(bounds)})
+    columns = zip(bounds, read, unit.T, strict=True)
+    return Axis(SAMPLES, {name: _with_unit(low + part * (high - low), its) for name, (low, high, its), part in columns})
 
 
-def _bounds(name: str, said: str | tuple[float, float]) -> tuple[float, float]:
-    """Read least and greatest value."""
+def _bounds(name: str, said: str | tuple[float, float]) -> tuple[float, float, str]:
+    """Read least and greatest value, and their unit."""
     try:
-        low, high = map(float, said.split(":") if isinstance(said, str) else said)
+        ends = [_end(text) for text in said.split(":")] if isinstance(said, str) else [(float(end), "") for end in said]
+        (low, unit), (high, other) = ends
     except ValueError:
         raise InputError(f"{name}={said}: expected least:greatest, such as 2:20") from None
+    if unit != other:
+        raise InputError(f"{name}={said}: the ends are in different units; expected one")
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise InputError(f"{name}={low:g}:{high:g}: the range is empty or reversed; expected least:greatest")
-    return low, high
+    return low, high, unit
 
 
 def product(axes: Sequence[Axis], along: str | None, branch: str) -> Design:

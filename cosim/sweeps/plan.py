@@ -16,16 +16,16 @@ from typing import Any, cast
 
 from cosim.errors import InputError, SystemDefinitionError, format_time
 from cosim.fmi2.locate import locate_fmu
-from cosim.run.assembly import chosen_system, fmu_paths, record_components
+from cosim.run.assembly import described, record_components
 from cosim.run.function import functions_of
 from cosim.run.options import RunOptions
 from cosim.run.report import commit, versions
 from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import SAMPLES, Axis, Design
 from cosim.sweeps.measures import Beginning, Measures, Quantity
-from cosim.system.compatibility import Written, check_system, convert, read_value, read_written
+from cosim.system.compatibility import Written, check_system, convert, read_value
 from cosim.system.description import Description, Variable
-from cosim.system.field_units import in_declared_units
+from cosim.system.field_units import in_declared_unit
 from cosim.system.method import Method
 from cosim.system.signals import Constant, Value
 from cosim.system.structure import Component, Port, System
@@ -220,6 +220,7 @@ class Opened:
         if variable is None:
             return [str(value) for value in values]
         read = [read_value(value, variable) if isinstance(value, Written) else value for value in values]
+        read = [in_declared_unit(name, variable, value) for value in read]
         if variable.type == "Integer":
             read = [int(value) if isinstance(value, float) and value.is_integer() else value for value in read]
         if variable.type == "Real":
@@ -237,14 +238,9 @@ def open_system(scenario: Scenario, options: RunOptions) -> Opened:
     InputError
         If something does not exist, or is a Python function.
     """
-    from cosim.fmi2.model_description import read_description
-
-    system = chosen_system(scenario, scenario.variant(options.variant), options)
+    system, descriptions, paths = described(scenario, options)
     for name, callee in functions_of(system).items():
         raise SystemDefinitionError(f"{name} is the Python function {callee.name}; a sweep takes FMUs only")
-    paths = fmu_paths(system, options.packaging, scenario.folder)
-    descriptions = {name: read_description(path) for name, path in paths.items()}
-    system = in_declared_units(read_written(system, descriptions), descriptions)
     return Opened(scenario, options, system, paths, descriptions)
 
 

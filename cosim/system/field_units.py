@@ -1,4 +1,4 @@
-"""Units of the field, and tables of values in them turned into the units that variables declare.
+"""Units of the field: values in them turned into the units that variables declare, and shown in figures.
 
 Factors are those of NIST SP 811 (2008), Appendix B.8, exact where it says so: 1 lbf = 4.4482216152605 N, 1 ft =
 0.3048 m, 1 US gal = 3.785411784e-3 m^3. A ton-force is not among them, since there are three.
@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
-from cosim.errors import SystemDefinitionError
+from cosim.errors import InputError, SystemDefinitionError, suggestion
 from cosim.system.description import Description, Match, Unit, Variable, compare, converted, describe
-from cosim.system.signals import Table
-from cosim.system.structure import Port, System
+from cosim.system.signals import Ramp, Signal, Table, Value
+from cosim.system.structure import Component, Port, System
 
 log = logging.getLogger("cosim")
 
@@ -86,44 +88,170 @@ def field_unit(name: str) -> Unit | None:
     return Unit(name, *_KNOWN[plain]) if plain in _KNOWN else None
 
 
-def in_declared_units(system: System, descriptions: Mapping[str, Description]) -> System:
-    """Return a system whose tables hold values in the units that the inputs declare.
+_QUANTITY = re.compile(r"\s*((?>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*([^\s\d.+-].*?)\s*")
+"""A number and a unit, as ``120 rpm``; no sign or digit begins a unit."""
+
+
+def quantity(text: str) -> tuple[float, str] | None:
+    """Take a number with a unit apart, as ``120 rpm``; None if a text is none, or is a number alone."""
+    found = _QUANTITY.fullmatch(text)
+    return (float(found[1]), found[2]) if found else None
+
+
+def in_unit(text: str, unit: str, what: str) -> float:
+    """Return a number with a unit in another one.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``2 min``, or a number alone, which is in the unit already.
+    unit : str
+        A unit that is known here.
+    what : str
+        The name of the value, for messages.
 
     Raises
     ------
     SystemDefinitionError
-        If a table is in a unit that is not known here, or of another kind than that of the input.
+        If it is no number, or of another kind.
     """
-    inputs = {port: signal for port, signal in system.inputs.items() if isinstance(signal, Table) and signal.unit}
-    known = {
-        port: descriptions[port.component].by_name[port.variable]
-        for port in inputs
-        if port.variable in descriptions[port.component].by_name
+    found = quantity(text)
+    if found is None:
+        try:
+            return float(text)
+        except ValueError:
+            raise SystemDefinitionError(f"{what} is '{text}'; expected a number, with a unit or in {unit}") from None
+    return _in_unit(found[0], found[1], Unit(unit, *_KNOWN[unit]), what, f"'{text}'")
+
+
+UNITS = ("si", "metric", "field")
+"""The ways to show values."""
+# Large values are shown in thousands.
+_SHOWN: Mapping[str, Mapping[str, str]] = {
+    "si": {"N.m": "kN.m", "N": "kN", "J": "kJ", "W": "kW"},
+    "metric": {"rad/s": "rpm", "rad": "rev", "N.m": "kN.m", "N": "kN", "J": "kJ", "W": "kW", "m/s": "m/h"},
+    "field": {
+        "rad/s": "rpm", "rad": "rev", "N": "klbf", "N.m": "kft.lbf", "J": "kJ", "W": "hp", "m": "ft", "m/s": "ft/h",
+    },
+}  # fmt: skip
+
+
+def shown_in(unit: str, units: str) -> tuple[str, float]:
+    """Return the unit in which values of another are shown to people, and the factor into it.
+
+    Parameters
+    ----------
+    unit : str
+        As a variable declares it; what is not known is shown as it is.
+    units : str
+        ``"si"``: thousands of N, N.m, J and W; ``"metric"``: the same with rpm; or ``"field"``: rpm, klbf, kft.lbf
+        and the like.
+
+    Raises
+    ------
+    InputError
+        If there is no such way.
+    """
+    if units not in UNITS:
+        raise InputError(f"there are no units '{units}'{suggestion(units, UNITS)}")
+    shown = _SHOWN[units].get(unit)
+    return (unit, 1.0) if shown is None else (shown, _KNOWN[unit][1] / _KNOWN[shown][1])
+
+
+def in_declared_units(system: System, descriptions: Mapping[str, Description]) -> System:
+    """Return a system whose numbers with units, and tables and ramps in units, are in those of their variables.
+
+    Raises
+    ------
+    SystemDefinitionError
+        If one is in a unit that is not known here, or of another kind than that of its variable.
+    """
+    components = tuple(_with_numbers(part, descriptions[part.name]) for part in system.components)
+    inputs = {
+        port: _signal_in_declared_unit(port, signal, descriptions[port.component].by_name.get(port.variable))
+        for port, signal in system.inputs.items()
     }
-    if not known:
-        return system
-    changed = {port: _converted(port, inputs[port], variable) for port, variable in known.items()}
-    return replace(system, inputs={**system.inputs, **changed})
+    return replace(system, components=components, inputs=inputs)
 
 
-def _converted(port: Port, table: Table, variable: Variable) -> Table:
-    """Return a table in the unit that its input declares, and say so."""
-    declared = variable.measured_in
+def _with_numbers(component: Component, description: Description) -> Component:
+    """Return a component whose parameters are numbers where they were numbers with units."""
+    read = {
+        name: in_declared_unit(Port(component.name, name), description.by_name.get(name), value)
+        for name, value in component.parameters.items()
+    }
+    return component if read == component.parameters else replace(component, parameters=read)
+
+
+def _signal_in_declared_unit(port: Port, signal: Signal, variable: Variable | None) -> Signal:
+    """Return a signal in the unit that its input declares."""
+    if variable is None or variable.type != "Real":
+        return signal
+    if isinstance(signal, Table | Ramp):
+        return _converted(port, signal, variable) if signal.unit else signal
+    if any(isinstance(level, str) for level in signal.levels or ()):
+        return signal.with_levels(partial(in_declared_unit, port, variable))
+    return signal
+
+
+def in_declared_unit(port: str, variable: Variable | None, value: Value) -> Value:
+    """Return a number with a unit in the unit that its variable declares; anything else as it is."""
+    found = quantity(value) if isinstance(value, str) and variable is not None and variable.type == "Real" else None
+    if found is None or variable is None:
+        return value
+    if variable.measured_in is None:
+        raise SystemDefinitionError(f"{port} is '{value}', but declares no unit; expected a number alone")
+    return _in_unit(*found, variable.measured_in, str(port), f"'{value}'", relative=variable.relative)
+
+
+def _in_unit(number: float, unit: str, declared: Unit, what: str, value: str, *, relative: bool = False) -> float:
+    """Convert a number into a declared unit, of which it may be a difference."""
+    if unit == declared.name:
+        return number
+    source, target = _units_of(unit, declared, what, value)
+    if relative:
+        source, target = source.of_differences, target.of_differences
+    return converted(number, source, target)
+
+
+def _units_of(unit: str, declared: Unit, what: str, value: str) -> tuple[Unit, Unit]:
+    """Return a unit by its name, and one that is declared, if one can be converted into the other."""
+    source = field_unit(unit)
+    target = declared if declared.powers is not None else field_unit(declared.name)
+    if source is None:
+        raise SystemDefinitionError(
+            f"{what} is {value}, and {unit} is no unit known here; expected one that is, or {declared.name}"
+        )
+    if target is None:
+        raise SystemDefinitionError(
+            f"{what} is {value}, and it is not known what {declared.name} is; expected a value in it, alone"
+        )
+    if compare(source, target) is Match.DIFFERENT:
+        raise SystemDefinitionError(f"{what} is {value}, in {describe(source)}; expected {describe(target)}")
+    return source, target
+
+
+def _converted(port: Port, signal: Table | Ramp, variable: Variable) -> Signal:
+    """Return a table or ramp in the unit that its input declares, and say so."""
+    declared, kind = variable.measured_in, signal.kind
     if declared is None:
-        log.warning("%s declares no unit; the values of the table in %s are taken as they are", port, table.unit)
-        return replace(table, unit="")
-    if table.unit == declared.name:
-        return replace(table, unit="")
-    source = field_unit(table.unit)
+        log.warning("%s declares no unit; the values of the %s in %s are taken as they are", port, kind, signal.unit)
+        return replace(signal, unit="")
+    if signal.unit == declared.name:
+        return replace(signal, unit="")
+    source = field_unit(signal.unit)
     target = declared if declared.powers is not None else field_unit(declared.name)
     if source is None or target is None:
         what = f"which is no unit known here; expected one that is, or a factor to {declared.name}"
         if source is not None:
             what = f"and it is not known what {declared.name} is; expected a factor to it, or no unit"
-        raise SystemDefinitionError(f"{port}: the table is in {table.unit}, {what}")
+        raise SystemDefinitionError(f"{port}: the {kind} is in {signal.unit}, {what}")
     if compare(source, target) is Match.DIFFERENT:
-        raise SystemDefinitionError(f"{port}: the table is in {describe(source)}; expected {describe(target)}")
-    log.info("%s: the table is in %s, and is converted to %s", port, table.unit, declared.name)
+        raise SystemDefinitionError(f"{port}: the {kind} is in {describe(source)}; expected {describe(target)}")
+    log.info("%s: the %s is in %s, and is converted to %s", port, kind, signal.unit, declared.name)
     if variable.relative:
         source, target = source.of_differences, target.of_differences
-    return Table(table.times, tuple(converted(point, source, target) for point in table.points))
+    if isinstance(signal, Ramp):
+        initial, final = (converted(value, source, target) for value in (signal.initial, signal.final))
+        return replace(signal, initial=initial, final=final, unit="")
+    return Table(signal.times, tuple(converted(point, source, target) for point in signal.points))

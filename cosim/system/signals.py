@@ -312,6 +312,8 @@ class Ramp(Signal):
         The values before the change and after it, in the unit of what it drives.
     start, duration : float
         When the change begins, and how long it takes, s.
+    unit : str
+        What the values are in, if not in the unit of the input; see `cosim.system.field_units.in_declared_units`.
 
     Raises
     ------
@@ -325,6 +327,7 @@ class Ramp(Signal):
     final: float
     start: float
     duration: float
+    unit: str = ""
     _line: Table = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -334,6 +337,11 @@ class Ramp(Signal):
             raise ScenarioError(f"ramp: duration is {self.duration:g} s; expected a number >= 0")
         line = Table((self.start, self.start + self.duration), (self.initial, self.final))
         object.__setattr__(self, "_line", line)
+
+    def record(self) -> dict[str, Any]:
+        """Return its kind, its numbers, and their unit if it is not that of the input."""
+        told = super().record()
+        return told if self.unit else {name: value for name, value in told.items() if name != "unit"}
 
     @property
     def is_level(self) -> bool:

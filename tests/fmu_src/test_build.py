@@ -90,11 +90,11 @@ def test_every_fmu_carries_its_page_and_all_licences(packaging: str, name: str) 
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_both_packagings_have_the_same_variables(built: Path, name: str) -> None:
+def test_both_packagings_have_the_same_variables(name: str) -> None:
     tables = [
         [(v.name, v.valueReference, v.type, v.causality, v.variability, v.unit, v.start, v.min, v.max) for v in found]
         for found in (
-            fmpy.read_model_description(str(built / packaging / f"{name}.fmu")).modelVariables
+            fmpy.read_model_description(str(DIST / packaging / f"{name}.fmu")).modelVariables
             for packaging in PACKAGINGS
         )
     ]
@@ -102,9 +102,9 @@ def test_both_packagings_have_the_same_variables(built: Path, name: str) -> None
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_a_python_fmu_needs_nothing_but_the_standard_library(built: Path, name: str) -> None:
+def test_a_python_fmu_needs_nothing_but_the_standard_library(name: str) -> None:
     imported: set[str] = set()
-    with zipfile.ZipFile(built / "python" / f"{name}.fmu") as archive:
+    with zipfile.ZipFile(DIST / "python" / f"{name}.fmu") as archive:
         for path in archive.namelist():
             if path.endswith(".py"):
                 for node in ast.walk(ast.parse(archive.read(path))):
@@ -162,7 +162,7 @@ def test_a_library_is_the_same_whatever_others_are_beside_it(built: Path, name: 
             assert alone.read(member) == among.read(member)
 
 
-def test_an_edit_changes_the_identity(built: Path, tmp_path: Path) -> None:
+def test_an_edit_changes_the_identity(tmp_path: Path) -> None:
     elsewhere = copy_sources(tmp_path / "edited")
     for source in ("fmu_src/fmus/WeightOnBitLaw/model.c", "fmu_src/fmus/WeightOnBitLaw/slave.py"):
         path = elsewhere / source
@@ -170,7 +170,7 @@ def test_an_edit_changes_the_identity(built: Path, tmp_path: Path) -> None:
     done = run(elsewhere, "--output", tmp_path / "output", "WeightOnBitLaw")
     assert done.returncode == 0, done.stderr
     for packaging in PACKAGINGS:
-        paths = [folder / packaging / "WeightOnBitLaw.fmu" for folder in (built, tmp_path / "output")]
+        paths = [folder / packaging / "WeightOnBitLaw.fmu" for folder in (DIST, tmp_path / "output")]
         guids = [fmpy.read_model_description(str(path)).guid for path in paths]
         assert guids[0] != guids[1]
 

@@ -28,7 +28,7 @@ def judged(name: str, step: float | str) -> Judgement:
     return judge(case.parameters, case.omega, case.wob, communication_points(step, case.end), solved(name))
 
 
-@pytest.mark.parametrize("step", [0.001, *STEPS])
+@pytest.mark.parametrize("step", [pytest.param(0.001, marks=pytest.mark.slow), *STEPS])
 def test_figure_2_over_100_s_is_the_oracles(step):
     judgement = judged(FIGURE_2, step)
     assert judgement.excess() == {}

@@ -128,6 +128,7 @@ def test_damped_plant_has_the_same_bits(start_values, damping, stations, course,
     assert_same_bits(DAMPED, start_values | {"beta": damping, "stations": stations}, course, start)
 
 
+@pytest.mark.slow
 @thorough
 @given(seed=st.integers(0, 2**32 - 1), cells=st.integers(4, 60))
 def test_plant_under_a_law_that_is_sampled_has_the_same_bits(seed, cells):

@@ -23,7 +23,7 @@ Told = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Ended:
+class CheckEnd:
     """A check that has ended, whether by itself or with its process."""
 
     name: str
@@ -31,7 +31,7 @@ class Ended:
     seconds: float
 
 
-def run_checks(job: CheckJob, time_limit: float, tell: Told) -> list[Ended]:
+def run_checks(job: CheckJob, time_limit: float, tell: Told) -> list[CheckEnd]:
     """Do the checks of a job in one process, up to the one that takes the process down, if any does.
 
     Parameters
@@ -45,7 +45,7 @@ def run_checks(job: CheckJob, time_limit: float, tell: Told) -> list[Ended]:
 
     Returns
     -------
-    list of Ended
+    list of CheckEnd
         In order; fewer than asked for if the process was lost, the last one saying how.
     """
     folder = Path(job.folder)
@@ -88,7 +88,7 @@ def _events(folder: Path) -> list[dict[str, Any]]:
     return [cast(dict[str, Any], json.loads(line)) for line in lines if line.endswith("\n")]
 
 
-def _ended(job: CheckJob, code: int, time_limit: float | None) -> list[Ended]:
+def _ended(job: CheckJob, code: int, time_limit: float | None) -> list[CheckEnd]:
     folder = Path(job.folder)
     events = _events(folder)
     ended = [_as_ended(event) for event in events if event["event"] == "end"]
@@ -97,13 +97,13 @@ def _ended(job: CheckJob, code: int, time_limit: float | None) -> list[Ended]:
         return ended
     how = _lost(folder, code, time_limit)
     found = noted(how, "not for an FMU to survive") if last["event"] == "forgive" else failed(how)
-    return [*ended, Ended(last["check"], found, time_limit or 0.0)]
+    return [*ended, CheckEnd(last["check"], found, time_limit or 0.0)]
 
 
-def _as_ended(event: dict[str, Any]) -> Ended:
+def _as_ended(event: dict[str, Any]) -> CheckEnd:
     names = ("found", "allowed", "done", "data")
     outcome = Outcome(Verdict(event["verdict"]), **{name: event[name] for name in names})
-    return Ended(event["check"], outcome, event.get("seconds", 0.0))
+    return CheckEnd(event["check"], outcome, event.get("seconds", 0.0))
 
 
 def _lost(folder: Path, code: int, time_limit: float | None) -> str:
@@ -123,7 +123,7 @@ def _last_line(path: Path) -> str:
     return lines[-1][:200] if lines else ""
 
 
-def run_in_turn(job: CheckJob, time_limit: float, tell: Told) -> list[Ended]:
+def run_in_turn(job: CheckJob, time_limit: float, tell: Told) -> list[CheckEnd]:
     """Do the checks of a job, in a new process after each loss of one and before each that must begin alone.
 
     Parameters
@@ -135,7 +135,7 @@ def run_in_turn(job: CheckJob, time_limit: float, tell: Told) -> list[Ended]:
     tell : callable
         Told the name of each check as it begins.
     """
-    ended: list[Ended] = []
+    ended: list[CheckEnd] = []
     left: list[str] = list(job.checks)
     while left:
         together = 1 + next((place for place, name in enumerate(left[1:]) if name in ALONE), len(left) - 1)

@@ -42,7 +42,7 @@ def check_experiment(bench: Bench, name: str) -> Outcome:
     return _outcome(run, comparisons)
 
 
-def _compare(experiment: Experiment, references: Series, result: Result, step: float) -> Comparison | None:
+def _compare(experiment: Experiment, references: Series, result: Response, step: float) -> Comparison | None:
     name = result.variable.name
     tolerance = experiment.tolerances.get(name)
     tolerance = tolerance or default_tolerance(result.variable, references.column(name), step)
@@ -129,7 +129,7 @@ class ExperimentRun:
             if variable.is_continuous and any(stimuli.slope(variable.name, time) for time in self.points[:-1])
         )
 
-    def results(self, instance: Instance, advance: Advance = Instance.step) -> list[Result]:
+    def results(self, instance: Instance, advance: Advance = Instance.step) -> list[Response]:
         """Run to where experiment or FMU ends, `advance` taking each step; CallError if a call fails."""
 
         def prepare() -> None:
@@ -151,7 +151,7 @@ class ExperimentRun:
             rows.append(self._read(instance))
         table = np.array(rows, dtype=np.float64)
         times = np.array(self.points[: len(rows)])
-        return [Result(variable, times, table[:, place]) for place, variable in enumerate(self.compared)]
+        return [Response(variable, times, table[:, place]) for place, variable in enumerate(self.compared)]
 
     def _read(self, instance: Instance) -> list[float]:
         return [float(value) for group in self._groups for value in group.get(instance)]
@@ -208,7 +208,7 @@ UNSTATED_DISCRETE = "none stated, so equal, and up to one step early or late"
 
 
 @dataclass(frozen=True)
-class Result:
+class Response:
     """One variable over the communication points of a run."""
 
     variable: Variable
@@ -238,7 +238,7 @@ def default_tolerance(variable: Variable, reference: FloatArray, step: float) ->
     return Tolerance(UNSTATED, absolute=RANGE_SHARE * reach, time=step)
 
 
-def compare(experiment: str, result: Result, references: Series, tolerance: Tolerance) -> Comparison | None:
+def compare(experiment: str, result: Response, references: Series, tolerance: Tolerance) -> Comparison | None:
     """Compare a result with its reference at the times they share.
 
     Where they share less than half of the reference's times, a continuous result is interpolated.
@@ -247,7 +247,7 @@ def compare(experiment: str, result: Result, references: Series, tolerance: Tole
     ----------
     experiment : str
         Its name.
-    result : Result
+    result : Response
         At communication points.
     references : Series
         With a column of the variable's name.
@@ -280,7 +280,7 @@ def compare(experiment: str, result: Result, references: Series, tolerance: Tole
     )  # fmt: skip
 
 
-def _at(result: Result, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _at(result: Response, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return times at which a result can be compared, and its values there."""
     places = np.clip(np.searchsorted(result.times, times), 0, len(result.times) - 1)
     before = np.maximum(places - 1, 0)

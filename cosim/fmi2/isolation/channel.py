@@ -20,7 +20,7 @@ LOOK = 0.02
 """Seconds after which a channel that has to wait gives its owner a moment to look around."""
 
 
-class Channel(Protocol):
+class Pipes(Protocol):
     """Send bytes to the process, and receive some."""
 
     def send(self, message: memoryview) -> int:
@@ -36,7 +36,7 @@ class Channel(Protocol):
         ...
 
 
-def channel_to(process: subprocess.Popen[bytes]) -> Channel:
+def channel_to(process: subprocess.Popen[bytes]) -> Pipes:
     """Return the channel to a process that was started with pipes, unbuffered, as standard input and output."""
     to, back = cast(IO[bytes], process.stdin), cast(IO[bytes], process.stdout)
     return ThreadedPipes(to, back) if sys.platform == "win32" else PolledPipes(to, back)

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cosim.fmi2.isolation import Limits
-from cosim.fmi2.isolation.channel import LOOK, Channel, channel_to
+from cosim.fmi2.isolation.channel import LOOK, Pipes, channel_to
 from cosim.fmi2.isolation.family import Family, end_session
 from cosim.fmi2.isolation.protocol import MOST_REPLY, MOST_STATE, NOTE, PART, REPLY, REQUEST, Operation
 
@@ -245,7 +245,7 @@ class IsolatedProcess:
             self._process.wait()
 
 
-def _start(folder: Path, note: Path) -> tuple[subprocess.Popen[bytes], Channel]:
+def _start(folder: Path, note: Path) -> tuple[subprocess.Popen[bytes], Pipes]:
     """Start the process, in a session of its own so that Ctrl-C reaches only the master."""
     package = str(Path(__file__).resolve().parents[3])
     paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]

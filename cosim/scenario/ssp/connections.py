@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element
 
 from cosim.errors import Refusals, SspError, suggestion
 from cosim.scenario.ssp.document import plain_name, ssc
-from cosim.scenario.ssp.topology import Link, Node, Topology
+from cosim.scenario.ssp.topology import Link, Place, Topology
 from cosim.system.conversion import unit_conversion
 from cosim.system.description import Description, Match, Unit, compare, describe
 from cosim.system.signals import Value
@@ -120,7 +120,7 @@ class Wiring:
         suppressed = all(_is_suppressed(link.element) for link in links)
         if len(links) == 1 and not suppressed and compare(*own) is not Match.DIFFERENT:
             (link,) = links
-            connectors = [self._unit_of(Node("component", port.component, port.variable)) for port in (source, target)]
+            connectors = [self._unit_of(Place("component", port.component, port.variable)) for port in (source, target)]
             if connectors == own:
                 factor, offset = _linear(link.element)
                 return Connection(source, target, factor=factor, offset=offset, table=way.table)
@@ -129,40 +129,40 @@ class Wiring:
             source, target, unconverted=unconverted, factor=way.factor, offset=way.offset, table=way.table
         )
 
-    def _way(self, sink: Node, links: Sequence[Link]) -> Way:
+    def _way(self, sink: Place, links: Sequence[Link]) -> Way:
         """Follow a value from its source to an input."""
         start = links[-1].source
         way = Way(self._unit_of(start))
         if start.kind == "component":
             way = self._into(Way(self._own_unit(start)), way.unit, start, suppressed=False)
-        for place in range(len(links) - 1, -1, -1):
-            link = links[place]
-            node = links[place - 1].source if place else sink
-            way = self._into(way, self._unit_of(node), node, suppressed=_is_suppressed(link.element))
-            way = self._transformed(way, link.element, node)
+        for index in range(len(links) - 1, -1, -1):
+            link = links[index]
+            place = links[index - 1].source if index else sink
+            way = self._into(way, self._unit_of(place), place, suppressed=_is_suppressed(link.element))
+            way = self._transformed(way, link.element, place)
         return self._into(way, self._own_unit(sink), sink, suppressed=False)
 
-    def _into(self, way: Way, unit: Unit | None, node: Node, *, suppressed: bool) -> Way:
+    def _into(self, way: Way, unit: Unit | None, place: Place, *, suppressed: bool) -> Way:
         """Convert into the unit of a place, if it has one; a unit that is not known is taken for the one so far."""
         if suppressed:
             return Way(unit, way.factor, way.offset, way.table, converted=True)
         match = Match.UNKNOWN if unit is None else compare(way.unit, unit)
         if match is Match.DIFFERENT:
             raise SspError(
-                f"{self.topology.where}: connection {self._origin(node)} -> {node} leads from {describe(way.unit)} to "
-                f"{describe(unit)}; expected the same quantity"
+                f"{self.topology.where}: connection {self._origin(place)} -> {place} leads from {describe(way.unit)} "
+                f"to {describe(unit)}; expected the same quantity"
             )
         if way.unit is not None and (match is Match.UNKNOWN or (unit is not None and unit.powers is None)):
             return way
         factor, offset = unit_conversion(way.unit, unit)
         return way.scaled(factor, offset, unit, converted=way.converted or (factor, offset) != (1.0, 0.0))
 
-    def _origin(self, node: Node) -> Node:
-        return self.topology.drivers[node].source if node in self.topology.drivers else node
+    def _origin(self, place: Place) -> Place:
+        return self.topology.drivers[place].source if place in self.topology.drivers else place
 
-    def _transformed(self, way: Way, connection: Element, node: Node) -> Way:
+    def _transformed(self, way: Way, connection: Element, place: Place) -> Way:
         """Apply the transformation of a connection, if it has one."""
-        label = f"{self.topology.where}: connection {self._origin(node)} -> {node}"
+        label = f"{self.topology.where}: connection {self._origin(place)} -> {place}"
         for child in connection:
             kind = plain_name(child.tag)
             if kind in _PLAIN:
@@ -179,8 +179,8 @@ class Wiring:
         if port.variable not in description.by_name:
             hint = suggestion(port.variable, description.by_name)
             raise SspError(f"{label}: {description.model_name} has no variable of that name{hint}")
-        node = Node("component", port.component, port.variable)
-        own, unit = self._own_unit(node), self._declared(node)
+        place = Place("component", port.component, port.variable)
+        own, unit = self._own_unit(place), self._declared(place)
         match = Match.SAME if own is None or unit is None else compare(unit, own)
         if match is Match.DIFFERENT:
             raise SspError(
@@ -190,28 +190,28 @@ class Wiring:
             names = describe(unit), describe(own)
             log.warning("%s is in %s, the FMU's variable in %s; taken for the same", label, *names)
 
-    def _own_unit(self, node: Node) -> Unit | None:
+    def _own_unit(self, place: Place) -> Unit | None:
         """Return the unit of the FMU's variable."""
-        return self.descriptions[node.owner].by_name[node.name].measured_in
+        return self.descriptions[place.owner].by_name[place.name].measured_in
 
-    def _unit_of(self, node: Node) -> Unit | None:
+    def _unit_of(self, place: Place) -> Unit | None:
         """Return the unit of a connector; of a component's, the FMU's where it declares none, or none that is known."""
-        declared = self._declared(node)
-        if node.kind != "component":
+        declared = self._declared(place)
+        if place.kind != "component":
             return declared
-        own = self._own_unit(node)
+        own = self._own_unit(place)
         known = declared is not None and compare(declared, own) in (Match.SAME, Match.SCALED, Match.DIFFERENT)
         return declared if own is None or known else own
 
-    def _declared(self, node: Node) -> Unit | None:
+    def _declared(self, place: Place) -> Unit | None:
         """Return the unit that a connector declares, if it is one and does."""
-        element = self.topology.connectors.get(node)
+        element = self.topology.connectors.get(place)
         kind = element.find(ssc("Real")) if element is not None else None
         given = kind.get("unit") if kind is not None else None
         if given is None:
             return None
         unit = self.units.get(given, Unit(given))
-        relative = node.kind == "component" and self.descriptions[node.owner].by_name[node.name].relative
+        relative = place.kind == "component" and self.descriptions[place.owner].by_name[place.name].relative
         return unit.of_differences if relative else unit
 
 

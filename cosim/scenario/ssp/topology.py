@@ -19,7 +19,7 @@ from cosim.scenario.ssp.document import FMU_TYPE, plain_name, ssd
 _SOURCES = ("output", "calculatedParameter")
 
 
-class Node(NamedTuple):
+class Place(NamedTuple):
     """A place that a value passes: a connector of a component or a system, or an entry of a dictionary."""
 
     kind: str
@@ -34,7 +34,7 @@ class Node(NamedTuple):
 class _End(NamedTuple):
     """An end of a connection: where it is, and whether it is a source within its system; None if it may be either."""
 
-    node: Node
+    place: Place
     source: bool | None
     kind: str
 
@@ -43,7 +43,7 @@ class _End(NamedTuple):
 class Link:
     """Say what drives a place: the source of its value, and the element Connection that leads from it."""
 
-    source: Node
+    source: Place
     element: Element
 
 
@@ -58,9 +58,9 @@ class Topology:
     enclosing : dict of str to tuple
         By component, the systems around it from the inside out, each with the component's name as seen from there, with
         dots.
-    drivers : dict of Node to Link
+    drivers : dict of Place to Link
         What drives each place that something drives.
-    connectors : dict of Node to Element
+    connectors : dict of Place to Element
         ssd:Connector, of components and systems.
     """
 
@@ -69,10 +69,10 @@ class Topology:
     enclosing: dict[str, tuple[tuple[str, Element], ...]] = field(
         default_factory=dict[str, tuple[tuple[str, Element], ...]]
     )
-    drivers: dict[Node, Link] = field(default_factory=dict[Node, Link])
-    connectors: dict[Node, Element] = field(default_factory=dict[Node, Element])
+    drivers: dict[Place, Link] = field(default_factory=dict[Place, Link])
+    connectors: dict[Place, Element] = field(default_factory=dict[Place, Element])
 
-    def source_of(self, node: Node) -> tuple[Node, tuple[Link, ...]]:
+    def source_of(self, place: Place) -> tuple[Place, tuple[Link, ...]]:
         """Follow a place back to where its value comes from, and return that with the connections on the way.
 
         Raises
@@ -81,17 +81,17 @@ class Topology:
             If the way leads back to where it has been.
         """
         way: list[Link] = []
-        seen = {node}
-        while node in self.drivers:
-            link = self.drivers[node]
+        seen = {place}
+        while place in self.drivers:
+            link = self.drivers[place]
             way.append(link)
-            node = link.source
-            if node in seen:
-                raise SspError(f"{self.where}: connections lead from {node} back to it through connectors of systems")
-            seen.add(node)
-            if node.kind == "component":
+            place = link.source
+            if place in seen:
+                raise SspError(f"{self.where}: connections lead from {place} back to it through connectors of systems")
+            seen.add(place)
+            if place.kind == "component":
                 break
-        return node, tuple(way)
+        return place, tuple(way)
 
 
 def read_topology(whole: Element, where: str, refusals: Refusals) -> Topology:
@@ -187,12 +187,12 @@ class _System:
 
     def _read_connection(self, element: Element) -> None:
         start, end = self._end(element, "start"), self._end(element, "end")
-        label = f"{self._where}: connection {start.node} -> {end.node}"
+        label = f"{self._where}: connection {start.place} -> {end.place}"
         first = (not end.source if end.source is not None else True) if start.source is None else start.source
         second = not first if end.source is None else end.source
         if first == second:
             raise SspError(f"{label} leads from {start.kind} to {end.kind}; expected an output and an input")
-        source, sink = (start.node, end.node) if first else (end.node, start.node)
+        source, sink = (start.place, end.place) if first else (end.place, start.place)
         if sink in self._topology.drivers:
             other = self._topology.drivers[sink].source
             raise SspError(f"{self._where}: {sink} is driven by {other} and by {source}; expected one of them")
@@ -201,7 +201,7 @@ class _System:
     def _keep_connectors(self, kind: str, owner: str, element: Element) -> None:
         """Keep the connectors of a component or system by where they are."""
         for each in element.iterfind(f"{ssd('Connectors')}/{ssd('Connector')}"):
-            self._topology.connectors[Node(kind, owner, str(each.get("name")))] = each
+            self._topology.connectors[Place(kind, owner, str(each.get("name")))] = each
 
     def _end(self, connection: Element, side: str) -> _End:
         """Find one end of a connection."""
@@ -212,12 +212,12 @@ class _System:
                 what = f"the system {'/'.join(self.path)}" if self.path else "the system"
                 raise SspError(f"{self._where}: a connection leads to {name}, but {what} has no such connector{hint}")
             kind = self.connectors[name]
-            return _End(Node("system", "/".join(self.path), name), kind not in _SOURCES, kind)
+            return _End(Place("system", "/".join(self.path), name), kind not in _SOURCES, kind)
         if owner not in self._elements:
             hint = suggestion(owner, self._elements)
-            place = f"{self._flat(owner)}.{name}"
+            address = f"{self._flat(owner)}.{name}"
             raise SspError(
-                f"{self._where}: a connection leads to {place}, but there is no component of that name{hint}"
+                f"{self._where}: a connection leads to {address}, but there is no component of that name{hint}"
             )
         return self._end_at(owner, name)
 
@@ -227,16 +227,16 @@ class _System:
         kind = plain_name(element.tag)
         if kind == "SignalDictionaryReference":
             return _End(
-                Node("dictionary", self._dictionary(owner, str(element.get("dictionary"))), name), None, "entry"
+                Place("dictionary", self._dictionary(owner, str(element.get("dictionary"))), name), None, "entry"
             )
         connectors = _connectors(element)
         if name not in connectors:
             hint = suggestion(name, connectors)
-            place = f"{self._flat(owner)}.{name}"
-            raise SspError(f"{self._where}: a connection leads to {place}, which has no such connector{hint}")
+            address = f"{self._flat(owner)}.{name}"
+            raise SspError(f"{self._where}: a connection leads to {address}, which has no such connector{hint}")
         direction = connectors[name]
-        node = Node("system" if kind == "System" else "component", self._flat(owner), name)
-        return _End(node, direction in _SOURCES, direction)
+        place = Place("system" if kind == "System" else "component", self._flat(owner), name)
+        return _End(place, direction in _SOURCES, direction)
 
     def _dictionary(self, reference: str, name: str) -> str:
         """Return the full name of the dictionary that a reference means: the nearest of that name."""

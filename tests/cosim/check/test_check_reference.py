@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cosim.check import Comparison, Finding, Group, Report, Verdict, check_fmu
-from cosim.check.examination.simulate import UNSTATED, Result, compare, default_tolerance
+from cosim.check.examination.simulate import UNSTATED, Response, compare, default_tolerance
 from cosim.check.reference import Tolerance, read_reference, read_series
 from cosim.errors import InputError
 from cosim.system.description import Variable
@@ -268,7 +268,7 @@ def compared(
     variable: Variable, times: list[float], values: list[float], csv: str, tolerance: Tolerance, folder: Path
 ) -> Comparison:
     (folder / "ref.csv").write_text(f"time,{variable.name}\n{csv}")
-    result = Result(variable, np.array(times), np.array(values))
+    result = Response(variable, np.array(times), np.array(values))
     found = compare("run", result, read_series(folder / "ref.csv"), tolerance)
     assert found is not None
     return found
@@ -312,7 +312,7 @@ def test_an_event_one_step_late_is_right_only_where_time_is_allowed(tmp_path: Pa
 def test_a_continuous_result_is_read_between_its_points_a_discrete_one_never(tmp_path: Path) -> None:
     csv = "0.5,1\n1.5,3\n"
     assert compared(REAL, [0, 1, 2], [0.0, 2.0, 4.0], csv, Tolerance("", 1e-12), tmp_path).points == 2
-    result = Result(COUNT, np.array([0.0, 1.0, 2.0]), np.array([0.0, 2.0, 4.0]))
+    result = Response(COUNT, np.array([0.0, 1.0, 2.0]), np.array([0.0, 2.0, 4.0]))
     (tmp_path / "ref.csv").write_text(f"time,n\n{csv}")
     assert compare("run", result, read_series(tmp_path / "ref.csv"), Tolerance("")) is None
 

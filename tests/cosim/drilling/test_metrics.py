@@ -37,7 +37,7 @@ def test_measures_do_not_depend_on_the_communication_step(step: float) -> None:
     assert "6 periods of 1 stop, stop to stop" in found.window
 
 
-@pytest.mark.parametrize("step", [0.001, 0.0137, 0.1])
+@pytest.mark.parametrize("step", [pytest.param(0.001, marks=pytest.mark.slow), 0.0137, 0.1])
 def test_a_short_extra_slip_does_not_halve_the_period(step: float) -> None:
     found = measure(record(cycle(PERIOD, [LONG, SHORT], 20), times(step)))
     assert found is not None

@@ -17,14 +17,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cosim.errors import EndRequestError, FmuFileError, RunError, SlaveError
-from cosim.fmi2.isolation.channel import Channel, PolledPipes, ThreadedPipes
+from cosim.fmi2.isolation.channel import Pipes, PolledPipes, ThreadedPipes
 from cosim.fmi2.isolation.family import Family
 from cosim.fmi2.isolation.protocol import REQUEST, Operation, PackedRows, RowBytes, receive
 from cosim.fmi2.isolation.reply import Content, failure, read_content
 
 
 @pytest.fixture(params=[PolledPipes, ThreadedPipes])
-def ends(request: pytest.FixtureRequest) -> Iterator[tuple[Channel, int, int]]:
+def ends(request: pytest.FixtureRequest) -> Iterator[tuple[Pipes, int, int]]:
     """A channel, and the two descriptors at its other end."""
     if request.param is PolledPipes and sys.platform == "win32":
         pytest.skip("Windows polls no pipes")
@@ -40,7 +40,7 @@ def ends(request: pytest.FixtureRequest) -> Iterator[tuple[Channel, int, int]]:
             continue
 
 
-def received(channel: Channel, size: int) -> bytes:
+def received(channel: Pipes, size: int) -> bytes:
     whole, buffer = b"", memoryview(bytearray(1000))
     while len(whole) < size:
         try:
@@ -50,7 +50,7 @@ def received(channel: Channel, size: int) -> bytes:
     return whole
 
 
-def test_a_channel_carries_all_bytes_both_ways(ends: tuple[Channel, int, int]) -> None:
+def test_a_channel_carries_all_bytes_both_ways(ends: tuple[Pipes, int, int]) -> None:
     channel, requests, replies = ends
     content = bytes(range(256)) * 40
     channel.send(memoryview(content[:1000]))
@@ -59,12 +59,12 @@ def test_a_channel_carries_all_bytes_both_ways(ends: tuple[Channel, int, int]) -
     assert received(channel, len(content)) == content
 
 
-def test_a_channel_does_not_wait_for_what_does_not_come(ends: tuple[Channel, int, int]) -> None:
+def test_a_channel_does_not_wait_for_what_does_not_come(ends: tuple[Pipes, int, int]) -> None:
     with pytest.raises(TimeoutError):
         ends[0].receive(memoryview(bytearray(10)))
 
 
-def test_a_channel_whose_other_end_is_closed_has_ended(ends: tuple[Channel, int, int]) -> None:
+def test_a_channel_whose_other_end_is_closed_has_ended(ends: tuple[Pipes, int, int]) -> None:
     channel, _, replies = ends
     os.close(replies)
     buffer = memoryview(bytearray(10))

@@ -66,6 +66,7 @@ def test_from_the_running_equilibrium_the_implicit_algorithm_is_of_second_order_
     assert 0.9 <= order("running", "gauss-seidel") <= 1.1
 
 
+@pytest.mark.slow
 def test_from_rest_the_implicit_error_is_below_gauss_seidels_at_every_step_size() -> None:
     """Jumps travel up and down the string and meet the law within steps, where no straight line follows them.
 

@@ -90,6 +90,7 @@ def test_an_honest_fmu_gives_the_same_bits_with_the_trial_and_without(
         assert tried[name].tobytes() == untried[name].tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interpolates", [True, False])
 def test_a_linear_loop_gives_the_same_bits_with_the_trial_and_without(
     interpolates: bool, monkeypatch: pytest.MonkeyPatch

@@ -76,8 +76,9 @@ def test_a_streamed_job_tells_what_one_in_memory_does(tmp_path: Path) -> None:
         assert kept.pop("trajectory") == f"{label}/trajectory.csv"
         assert streamed.pop("trajectory") == f"{label}/trajectory.zarr"
         assert streamed.pop("figure") == f"{label}/figure.png"
-        units = kept.pop("units")
-        assert streamed.pop("units").items() < units.items(), "the end of a streamed run holds what is measured"
+        for told_of_columns in ("units", "types"):
+            whole = kept.pop(told_of_columns)
+            assert streamed.pop(told_of_columns).items() < whole.items(), "only what is measured is kept"
     assert told["disk"] == told["memory"]
 
 

@@ -26,6 +26,7 @@ def test_a_range_holds_both_its_ends() -> None:
         ("2:2:5", "plant.Omega=2:2:5: the range is a single value; expected plant.Omega=2"),
         ("2:20", "plant.Omega=2:20: expected first:last:count, such as 2:20:65"),
         ("2:20:5:7", "plant.Omega=2:20:5:7: expected first:last:count, such as 2:20:65"),
+        ("20 rpm:190:5", "plant.Omega=20 rpm:190:5: the ends are in different units; expected one"),
         ("2:nan:5", "plant.Omega=2:nan:5: expected finite numbers"),
         (",", "plant.Omega: there are no values; expected some, such as 2:20:65 or 8,10,12"),
         ("8,10,8", "plant.Omega: 8 is given twice; expected each value once"),

@@ -123,6 +123,18 @@ def test_final_values_are_kept_of_a_system_without_a_bit(tmp_path: Path, probe: 
                 assert float(found[name].sel({"probe.u": value})) == float(alone[str(name)][-1])
 
 
+def test_values_may_have_units(tmp_path: Path) -> None:
+    grid = {"plant.Omega": "60 rpm:120 rpm:3", "plant.WOB": "10 klbf,20 klbf"}
+    found = sweep("stick-slip", tmp_path / "s.zarr", grid=grid, measures=Last(), workers=1, stop_time=3.0)
+    assert found["plant.Omega"].values == pytest.approx([2.0 * np.pi, 3.0 * np.pi, 4.0 * np.pi], rel=1e-15)
+    assert found["plant.WOB"].values.tolist() == [44482.216152605, 88964.43230521]
+    samples = {"plant.Omega": "60 rpm:120 rpm"}
+    drawn = sweep(
+        "stick-slip", tmp_path / "d.zarr", samples=samples, count=8, measures=Last(), workers=1, stop_time=3.0
+    )
+    assert ((drawn["plant.Omega"] > 2.0 * np.pi) & (drawn["plant.Omega"] < 4.0 * np.pi)).all()
+
+
 @pytest.mark.parametrize(
     ("grid", "sentence"),
     [
@@ -131,6 +143,7 @@ def test_final_values_are_kept_of_a_system_without_a_bit(tmp_path: Path, probe: 
         ({"plnt": ["DrillstringNeutral"]}, "plnt.plnt: there is no component 'plnt'; did you mean 'plant'?"),
         ({"plant.WOB": [-1.0, 1.0]}, "plant.WOB is -1 N; expected a finite number >= 0 and <= 100000000 N"),
         ({"plant.WOB": "1,two"}, "plant.WOB is 'two'; expected a number"),
+        ({"plant.WOB": "1 klbf,2 rpm"}, "plant.WOB is '2 rpm', in rpm (= 0.10471975511966 s^-1 rad); expected N (= kg m s^-2)"),
         ({"plant.cells": [1.5]}, "plant.cells is 1.5; expected an integer"),
         (
             {"plant.bit_speed": [1.0]},

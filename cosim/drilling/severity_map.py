@@ -305,7 +305,7 @@ def _draw(panel: Any, each: Map, factor: float, units: str, limits: tuple[float,
         panel.plot(x[columns], y[rows], "x", color="#c00000", markersize=4, label="failed")
     if still.any():
         label = "bit stands still" if not difference else "bit stands still in one"
-        panel.plot([], [], "s", color="#bcbcbc", label=label)
+        panel.plot([], [], "s", color="#969696", label=label)
     panel.set(xlabel=_label(each.x_name, each.x_unit, units), xlim=_ends(x), ylim=_ends(y))
     return shading
 

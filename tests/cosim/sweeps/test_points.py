@@ -143,7 +143,10 @@ def test_values_may_have_units(tmp_path: Path) -> None:
         ({"plnt": ["DrillstringNeutral"]}, "plnt.plnt: there is no component 'plnt'; did you mean 'plant'?"),
         ({"plant.WOB": [-1.0, 1.0]}, "plant.WOB is -1 N; expected a finite number >= 0 and <= 100000000 N"),
         ({"plant.WOB": "1,two"}, "plant.WOB is 'two'; expected a number"),
-        ({"plant.WOB": "1 klbf,2 rpm"}, "plant.WOB is '2 rpm', in rpm (= 0.10471975511966 s^-1 rad); expected N (= kg m s^-2)"),
+        (
+            {"plant.WOB": "1 klbf,2 rpm"},
+            "plant.WOB is '2 rpm', in rpm (= 0.10471975511966 s^-1 rad); expected N (= kg m s^-2)",
+        ),
         ({"plant.cells": [1.5]}, "plant.cells is 1.5; expected an integer"),
         (
             {"plant.bit_speed": [1.0]},

@@ -22,6 +22,7 @@ from cosim.cli.terminal import new_console, progress_bar, sentences
 from cosim.errors import InputError
 
 if TYPE_CHECKING:
+    from cosim.sweeps.design import Spread
     from cosim.system.signals import Value
 
 
@@ -29,6 +30,9 @@ def sweep(
     scenario: ScenarioArgument,
     grid: GridOption = None,
     sample: SampleOption = None,
+    uncertain: Annotated[
+        Path | None, typer.Option(help="A .toml file of distributions that are sampled as well.", metavar="FILE.toml")
+    ] = None,
     count: Annotated[int, typer.Option(help="How many samples.")] = 1024,
     sampling: Annotated[str, typer.Option(help="How to sample: latin-hypercube or sobol.")] = "latin-hypercube",
     seed: Annotated[int, typer.Option(min=0, help="Of the samples.")] = 0,
@@ -70,7 +74,7 @@ def sweep(
                 scenario,
                 path,
                 grid=_named("--grid", grid),
-                samples=_named("--sample", sample),
+                samples=_spreads(sample, uncertain),
                 count=count,
                 sampling=sampling,
                 seed=seed,
@@ -82,6 +86,18 @@ def sweep(
                 progress=bar.one_task("sweeping"),
             )
         _print_summary(found, path)
+
+
+def _spreads(texts: list[str] | None, file: Path | None) -> dict[str, Spread]:
+    """Gather all that is sampled; each name once."""
+    from cosim.sweeps.distributions import read_distributions
+
+    found: dict[str, Spread] = {**_named("--sample", texts)}
+    for name, each in (read_distributions(file) if file is not None else {}).items():
+        if name in found:
+            raise InputError(f"{name} is sampled twice; expected each name once")
+        found[name] = each
+    return found
 
 
 def _named(option: str, texts: list[str] | None) -> dict[str, str]:
@@ -112,7 +128,9 @@ def draw_map(
     stores: Annotated[
         list[Path], typer.Argument(help="Stores of sweeps over two axes, such as branches of one.", metavar="STORE...")
     ],
-    quantity: Annotated[str, typer.Option(help="Which number to show, such as ssi or torque_swing.")] = "ssi",
+    quantity: Annotated[
+        str, typer.Option(help="Which number to show, such as ssi or torque_swing; of samples, probability.")
+    ] = "",
     minus: Annotated[Path | None, typer.Option(help="A store that is subtracted from the others.")] = None,
     units: Annotated[str, typer.Option(help="Units to show: metric (rpm, kN), field (rpm, klbf) or si.")] = "metric",
     folds: Annotated[
@@ -130,9 +148,9 @@ def draw_map(
     from cosim.sweeps.reading import open_sweep
 
     with sentences():
-        maps = [severity_map.read_map(open_sweep(path), quantity) for path in stores]
+        maps = [severity_map.read_map(open_sweep(path), quantity or None) for path in stores]
         if minus is not None:
-            other = severity_map.read_map(open_sweep(minus), quantity)
+            other = severity_map.read_map(open_sweep(minus), quantity or None)
             maps = [each.less(other) for each in maps]
         path = output or stores[0].with_suffix(".png")
         with progress_bar() as bar:

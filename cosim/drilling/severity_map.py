@@ -33,6 +33,7 @@ _BRANCHES = {"rest": "from rest", "up": "continued up", "down": "continued down"
 _STRING = "DrillstringNeutral"
 _GREATEST_INDEX = 3.0
 _STANDS = 0.999
+_SAMPLE, _PROBABILITY = "sample", "probability"
 FOLDS = 5
 """At how many weights on bit the fold is looked for, unless it is said."""
 
@@ -96,55 +97,74 @@ class Map:
         return replace(self, values=values, failed=failed, text=text)
 
 
-def read_map(dataset: Any, quantity: str = "ssi") -> Map:
+def read_map(dataset: Any, quantity: str | None = None) -> Map:
     """Take a map from what a sweep has kept.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        From `cosim.sweep` or `cosim.open_sweep`, over two axes of numbers.
-    quantity : str
-        Which number.
+        From `cosim.sweep` or `cosim.open_sweep`, over two axes of numbers, and perhaps samples.
+    quantity : str, optional
+        Which number; by default the stick-slip index. Of samples it is the probability of stick-slip: the part of those
+        that have not failed that are unstable.
 
     Raises
     ------
     InputError
         If there is no such number, or it is not over a plane.
     """
-    known = [name for name in dataset.data_vars if name not in ("failed", "message")]
-    if quantity not in known:
-        raise InputError(f"the sweep has kept no '{quantity}'{suggestion(quantity, known)}")
-    chosen = dataset[quantity]
-    if chosen.ndim != 2 or any(dataset[name].dtype.kind not in "fi" for name in chosen.dims if name in dataset.coords):
-        raise InputError(
-            f"the sweep is over {', '.join(map(str, chosen.dims))}; expected two axes of numbers for a map"
-        )
-    if any(name not in dataset.coords for name in chosen.dims):
-        raise InputError("the sweep is over samples; expected two axes of numbers for a map")
-    x_name, y_name = sorted(chosen.dims, key=lambda name: not str(name).endswith(".Omega"))
-
-    def plane(name: str) -> NDArray[Any]:
-        return np.asarray(dataset[name].transpose(y_name, x_name).values)
-
-    swing = plane("bit_speed_max") - plane("bit_speed_min") if "bit_speed_max" in known else np.zeros(chosen.shape).T
-    stands = plane("stuck_fraction") > _STANDS if "stuck_fraction" in known else np.zeros(swing.shape, dtype=np.bool_)
+    known = [str(name) for name in dataset.data_vars if name not in ("failed", "message")]
+    over = [str(name) for name in dataset["failed"].dims]
+    plane = [name for name in over if name != _SAMPLE]
+    wanted = quantity or (_PROBABILITY if _SAMPLE in over else "ssi")
+    if len(plane) != 2 or not all(name in dataset.coords and dataset[name].dtype.kind in "fi" for name in plane):
+        raise InputError(f"the sweep is over {', '.join(over)}; expected two axes of numbers for a map")
+    choices = [_PROBABILITY] if _SAMPLE in over else known
+    if wanted not in choices:
+        raise InputError(f"the sweep has kept no '{wanted}' over {', '.join(over)}{suggestion(wanted, choices)}")
+    x_name, y_name = sorted(plane, key=lambda name: not name.endswith(".Omega"))
+    order = (*([_SAMPLE] if _SAMPLE in over else ()), y_name, x_name)
+    kept = {name: np.asarray(dataset[name].transpose(*order).values) for name in ("failed", *known)}
+    unstable, failed = _unstable(kept), kept["failed"] == 1
+    unit, text = ("", "probability of stick-slip")
+    values = kept.get(wanted, np.zeros(0))
+    if wanted == _PROBABILITY:
+        values = _probability(unstable, kept["failed"])
+        unstable, failed = values > 0.5, failed.all(axis=0)
+    else:
+        unit, text = (dataset[wanted].attrs.get(name, "") for name in ("units", "long_name"))
     record = json.loads(dataset.attrs["record"])
     return Map(
         title=_BRANCHES[record["branch"]],
-        quantity=quantity,
-        unit=chosen.attrs.get("units", ""),
-        text=chosen.attrs.get("long_name", quantity),
-        x_name=str(x_name),
-        y_name=str(y_name),
+        quantity=wanted,
+        unit=unit,
+        text=text or wanted,
+        x_name=x_name,
+        y_name=y_name,
         x=np.asarray(dataset[x_name].values, dtype=np.float64),
         y=np.asarray(dataset[y_name].values, dtype=np.float64),
         x_unit=dataset[x_name].attrs.get("units", ""),
         y_unit=dataset[y_name].attrs.get("units", ""),
-        values=plane(quantity),
-        failed=plane("failed") == 1,
-        unstable=(swing > SWING) | stands,
-        string=_string(record, str(x_name), str(y_name)),
+        values=values,
+        failed=failed,
+        unstable=unstable,
+        string=_string(record, x_name, y_name),
     )
+
+
+def _unstable(kept: Mapping[str, NDArray[Any]]) -> BoolArray:
+    """Return where the bit swings, or stands still."""
+    shape = kept["failed"].shape
+    swing = kept["bit_speed_max"] - kept["bit_speed_min"] if "bit_speed_max" in kept else np.zeros(shape)
+    stands = kept["stuck_fraction"] > _STANDS if "stuck_fraction" in kept else np.zeros(shape, dtype=np.bool_)
+    return np.asarray((swing > SWING) | stands)
+
+
+def _probability(unstable: BoolArray, failed: FloatArray) -> FloatArray:
+    """Return the part of samples, along the first axis, that are unstable; NaN where none is done."""
+    whole = failed == 0
+    count = whole.sum(axis=0)
+    return np.where(count > 0, (unstable & whole).sum(axis=0) / np.maximum(count, 1), np.nan)
 
 
 def _string(record: Mapping[str, Any], x_name: str, y_name: str) -> DrillstringParameters | None:
@@ -283,7 +303,7 @@ def _limits(values: Sequence[FloatArray], quantity: str, difference: bool) -> tu
         return -greatest, greatest
     if quantity == "ssi":
         return 0.0, min(_GREATEST_INDEX, max(1.0, float(finite.max())))
-    if quantity == "stuck_fraction":
+    if quantity in ("stuck_fraction", _PROBABILITY):
         return 0.0, 1.0
     return min(0.0, float(finite.min())), float(finite.max()) or 1.0
 

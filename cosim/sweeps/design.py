@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import InputError, require, suggestion
+from cosim.sweeps.distributions import Distribution
 from cosim.system.compatibility import Written
 from cosim.system.field_units import quantity
 from cosim.system.signals import FloatArray, Value, plain_value
@@ -23,6 +24,10 @@ MOST_POINTS = 100_000_000
 
 Values = str | Iterable[Any]
 """What is said of an axis: text such as ``2:20:65`` or ``8,10,12``, or values."""
+
+
+Spread = str | tuple[float, float] | Distribution
+"""What is said of what is sampled: ``2:20``, least and greatest value, or a distribution."""
 
 
 @dataclass(frozen=True)
@@ -179,13 +184,13 @@ def _with_unit(values: FloatArray, unit: str) -> list[Value]:
     return [Written(f"{number!r} {unit}") for number in numbers] if unit else list(numbers)
 
 
-def sampled(bounds: Mapping[str, str | tuple[float, float]], count: int, method: str, seed: int) -> Axis:
-    """Draw samples of several variables at once, each uniform between its bounds.
+def sampled(bounds: Mapping[str, Spread], count: int, method: str, seed: int) -> Axis:
+    """Draw samples of several variables at once, each uniform between its bounds, or of a distribution.
 
     Parameters
     ----------
-    bounds : mapping of str to str or (float, float)
-        By ``component.variable``: ``2:20``, or least and greatest value.
+    bounds : mapping of str to str, (float, float) or Distribution
+        By ``component.variable``: ``2:20``, or least and greatest value, or how it is distributed.
     count : int
         How many samples.
     method : str
@@ -200,7 +205,7 @@ def sampled(bounds: Mapping[str, str | tuple[float, float]], count: int, method:
     """
     if method not in METHODS:
         raise InputError(f"there is no way of sampling '{method}'{suggestion(method, METHODS)}")
-    read = [_bounds(name, said) for name, said in bounds.items()]
+    read = [said if isinstance(said, Distribution) else _bounds(name, said) for name, said in bounds.items()]
     if not 1 <= count <= MOST_POINTS:
         raise InputError(f"{count} samples were asked for; expected 1 to {MOST_POINTS}")
     if method == "sobol" and count & (count - 1):
@@ -210,7 +215,15 @@ def sampled(bounds: Mapping[str, str | tuple[float, float]], count: int, method:
     draw = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
     unit = cast(NDArray[np.float64], draw(len(bounds), rng=seed).random(count))
     columns = zip(bounds, read, unit.T, strict=True)
-    return Axis(SAMPLES, {name: _with_unit(low + part * (high - low), its) for name, (low, high, its), part in columns})
+    return Axis(SAMPLES, {name: _drawn(each, parts) for name, each, parts in columns})
+
+
+def _drawn(spread: Distribution | tuple[float, float, str], parts: FloatArray) -> list[Value]:
+    """Make values of parts from 0 to 1."""
+    if isinstance(spread, Distribution):
+        return list(spread.quantiles(parts).tolist())
+    low, high, unit = spread
+    return _with_unit(low + parts * (high - low), unit)
 
 
 def _bounds(name: str, said: str | tuple[float, float]) -> tuple[float, float, str]:

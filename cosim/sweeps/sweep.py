@@ -13,7 +13,7 @@ from cosim.errors import InputError, SweepInterruptedError
 from cosim.run.options import OptionKeywords, RunOptions, chosen
 from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
-from cosim.sweeps.design import METHODS, Axis, Values, product, read_values, sampled
+from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, sampled
 from cosim.sweeps.measures import Beginning, Measures, final_values
 from cosim.sweeps.reading import open_sweep
 
@@ -35,7 +35,7 @@ def sweep(
     output: str | Path,
     *,
     grid: Mapping[str, Values] | None = None,
-    samples: Mapping[str, str | tuple[float, float]] | None = None,
+    samples: Mapping[str, Spread] | None = None,
     count: int = 1000,
     sampling: str = METHODS[0],
     seed: int = 0,
@@ -63,8 +63,9 @@ def sweep(
     grid : mapping of str to text or values
         By ``component.variable``: ``"2:20:65"`` or values of a parameter or input; or by component: names or paths of
         FMUs to take its place. Each is a dimension.
-    samples : mapping of str to text or (float, float)
-        Least and greatest value by ``component.variable``, which are drawn together: one dimension, ``sample``.
+    samples : mapping of str to text, (float, float) or Distribution
+        Least and greatest value by ``component.variable``, or how it is distributed; they are drawn together: one
+        dimension, ``sample``.
     count : int
         How many samples.
     sampling : str
@@ -126,7 +127,7 @@ def sweep(
 def _made(
     scenario: Scenario,
     options: RunOptions,
-    points: tuple[Mapping[str, Values], Mapping[str, str | tuple[float, float]], int, str, int],
+    points: tuple[Mapping[str, Values], Mapping[str, Spread], int, str, int],
     branch: tuple[str, str | None],
     measures: Measures | None,
     beginning: Beginning | None,

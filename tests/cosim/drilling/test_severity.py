@@ -15,6 +15,7 @@ from cosim.drilling.mathematics import DrillstringParameters, equilibria, stabil
 from cosim.drilling.oscillation import measure
 from cosim.drilling.severity import QUANTITIES, SWING, Severity
 from cosim.drilling.severity_map import bistable, draw_maps, find_folds, read_map
+from cosim.sweeps.distributions import Distribution
 
 PNG = b"\x89PNG"
 LEAST, MOST, COUNT = 6.0, 20.0, 36
@@ -160,7 +161,7 @@ def test_maps_over_other_values_are_not_compared(branches: dict[str, Any]) -> No
 
 
 def test_what_is_no_map_is_refused(branches: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match=r"^the sweep has kept no 'sii'; did you mean 'ssi'\?$"):
+    with pytest.raises(InputError, match=r"^the sweep has kept no 'sii' over .*; did you mean 'ssi'\?$"):
         read_map(branches["up"], "sii")
     with pytest.raises(InputError, match=r"^the sweep is over plant\.Omega; expected two axes of numbers for a map$"):
         read_map(branches["up"].isel({"plant.WOB": 0}))
@@ -193,3 +194,20 @@ def test_folds_are_looked_for_up_to_the_end_of_the_map(
     assert asked == places[:5].tolist()  # of which the last is at 21.2 rad/s, beyond the map
     assert weights.tolist() == places[[0, 2, 3, 4]].tolist()
     assert (speeds == weights / 3000.0).all()
+
+
+def test_a_map_of_samples_is_the_probability_of_stick_slip(tmp_path: Path) -> None:
+    found = sweep(
+        "stick-slip", tmp_path / "s.zarr", grid={"plant.Omega": [6.0, 16.0], "plant.WOB": [2e4, 97347.0]},
+        samples={"plant.c_b": Distribution("uniform", {"low": 0.0, "high": 200.0})}, count=8, workers=1, stop_time=60.0,
+    )  # fmt: skip
+    map_ = read_map(found)
+    swings = (found["bit_speed_max"] - found["bit_speed_min"]) > SWING
+    stands = found["stuck_fraction"] > 0.999
+    assert (map_.values == (swings | stands).mean("sample").transpose("plant.WOB", "plant.Omega").values).all()
+    assert map_.values[0, 1] == 0.0
+    assert map_.values[1, 0] > 0.3
+    draw_maps(tmp_path / "map.png", [map_])
+    assert (tmp_path / "map.png").read_bytes().startswith(PNG)
+    with pytest.raises(InputError, match=r"has kept no 'ssi' over .*, sample; known: probability$"):
+        read_map(found, "ssi")

@@ -236,6 +236,23 @@ class SweepInterruptedError(KeyboardInterrupt):
         super().__init__(f"interrupted after {done} of {points} points, which are in {path}")
 
 
+class TuningInterruptedError(KeyboardInterrupt):
+    """A tuning that was interrupted.
+
+    Attributes
+    ----------
+    folder : Path
+        Where what was played is kept.
+    runs : int
+        How many runs that are.
+    """
+
+    def __init__(self, folder: Path, runs: int) -> None:
+        self.folder, self.runs = folder, runs
+        kept = f"{runs} runs are kept in {folder}"
+        super().__init__(f"interrupted; {kept}, and the same command goes on from there")
+
+
 def format_time(time: float) -> str:
     """Write a time in seconds with at least two decimals and no rounding noise."""
     short = f"{time:.2f}"

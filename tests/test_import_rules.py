@@ -13,9 +13,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PRODUCT = ("cosim", "models", "fmu_src")
 
-MOST_MODULES = {"cosim": 140}
+MOST_MODULES = {"cosim": 155}
 """95 that a run took when its rooms were made; since then conversions, what isolation keeps apart, bounded files,
-Python functions as components, laws of one's own, the league, and sweeps with their maps."""
+Python functions as components, laws of one's own, the league, what hands results on to other tools, tuning, and sweeps
+with their maps."""
 
 MOST_IN_A_PACKAGE = 15
 
@@ -34,7 +35,9 @@ SAME_EVERYWHERE = {"copysign", "inf", "isfinite", "ldexp", "nan", "sqrt"}
 """What `math` gives with the same bits on every platform."""
 
 BLIND_TO_DRILLING = ("cosim.system", "cosim.recording", "cosim.fmi2", "cosim.master")
-ABOVE_THEM = ("cosim.drilling", "cosim.run", "cosim.scenario", "cosim.check", "cosim.cli")
+ABOVE_THEM = (
+    "cosim.drilling", "cosim.run", "cosim.scenario", "cosim.check", "cosim.league", "cosim.cli",
+)  # fmt: skip
 
 
 def name_of(path: Path) -> str:
@@ -148,7 +151,8 @@ def test_imports_of_parts_point_one_way(part: str, parts: set[str]) -> None:
 def test_only_what_knows_drilling_asks_for_mathematics() -> None:
     askers = offenders("cosim", "cosim.drilling.mathematics")
     assert askers
-    assert all(inside(name, "cosim.drilling") for name in askers), askers
+    # tuning asks what the linear model allows of a law
+    assert all(inside(name, ("cosim.drilling", "cosim.league.tuning")) for name in askers), askers
 
 
 def test_mathematics_is_named_in_no_text_but_that_of_its_bridge() -> None:

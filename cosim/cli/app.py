@@ -20,13 +20,16 @@ from cosim.cli.arguments import (
     MemoryLimitOption,
     OnFailureOption,
     PackagingOption,
+    ParametersOption,
     ScenarioArgument,
     SetOption,
     StepSizeOption,
     StreamOption,
     TimeLimitOption,
     ToleranceOption,
+    WorkersOption,
     read_override,
+    read_overrides,
     read_streaming,
 )
 from cosim.cli.sweeping import draw_map, sweep
@@ -37,6 +40,7 @@ from cosim.fmi2.locate import PACKAGINGS, promised_fmus
 
 if TYPE_CHECKING:
     from cosim.drilling.reporting import Looks
+
 
 app = typer.Typer(
     help="Couple drillstring FMUs, run scenarios, and measure stick-slip.",
@@ -103,6 +107,7 @@ def run(
     on_failure: OnFailureOption = None,
     stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
     set_: SetOption = None,
+    parameters: ParametersOption = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
     output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/<scenario>.")] = None,
     isolate: Annotated[bool, typer.Option("--isolate", help="Run each FMU in a process of its own.")] = False,
@@ -124,7 +129,7 @@ def run(
             algorithm=algorithm,
             step_size=step_size,
             stop_time=stop_time,
-            overrides=dict(read_override(text) for text in set_ or ()),
+            overrides=read_overrides(loaded, packaging, parameters, set_),
             tolerance=tolerance,
             on_failure=on_failure,
             isolate=isolate,
@@ -244,7 +249,10 @@ def league(
     law: Annotated[list[str] | None, typer.Option(help="Only this law; repeatable.")] = None,
     condition: Annotated[list[str] | None, typer.Option(help="Only this condition; repeatable.")] = None,
     add: Annotated[list[Path] | None, typer.Option(help="An .fmu file that takes part besides; repeatable.")] = None,
-    workers: Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor.")] = 0,
+    parameters: Annotated[
+        list[Path] | None, typer.Option(help="A law of `cosim tune` that takes part besides; repeatable.")
+    ] = None,
+    workers: WorkersOption = 0,
     output: Annotated[Path, typer.Option(help="Folder for scores, limits and figure.")] = Path("runs/league"),
 ) -> None:
     """Judge laws against stick-slip: each under each condition, with a real drive; show who frees the string, when."""
@@ -254,8 +262,9 @@ def league(
     from cosim.league.playing import play
 
     with sentences():
-        laws = [*(law or ()), *(path.stem for path in add or () if law)]
-        chosen = load_league(file or USUAL, add).only(laws, condition or [])
+        every = load_league(file or USUAL, add, parameters)
+        besides = [each.name for each in every.laws[len(every.laws) - len([*(add or ()), *(parameters or ())]) :]]
+        chosen = every.only([*law, *besides] if law else [], condition or [])
         table.prepare(output)
         with progress_bar() as bar:
             standings = play(chosen, workers, bar.one_task("playing"))
@@ -264,6 +273,50 @@ def league(
 
 app.command()(sweep)
 app.command("map")(draw_map)
+
+
+@app.command()
+def tune(
+    law: Annotated[str, typer.Argument(help="A law of the league, or an FMU: its name or file.", metavar="LAW")],
+    league: Annotated[
+        Path | None, typer.Option(help="A .toml file of laws and conditions; by default the field's.")
+    ] = None,
+    condition: Annotated[
+        list[str] | None, typer.Option(help="A condition to tune for, by default those that are not hard; repeatable.")
+    ] = None,
+    gain: Annotated[
+        list[str] | None, typer.Option(help="What is free, name=low:high; by default what the league says; repeatable.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the search: the same seed, the same result.")] = 1,
+    budget: Annotated[int, typer.Option(help="Candidates to look at; a greater one goes on.")] = 150,
+    reflection: Annotated[
+        float, typer.Option(help="Margin: greatest part of a wave that may come back from the top, by linear theory.")
+    ] = 1.0,
+    damping: Annotated[
+        float, typer.Option(help="Margin: least rate in 1/s at which small motions have to die away.")
+    ] = 0.0,
+    workers: WorkersOption = 0,
+    output: Annotated[Path | None, typer.Option(help="Folder for the results, by default runs/tune/<law>.")] = None,
+) -> None:
+    """Tune the gains of a law under conditions of the league; goes on with a tuning that was interrupted."""
+    with sentences():
+        from cosim.cli.league_table import print_tuned
+        from cosim.league.tuning import search, table
+
+        tuning = search.prepare(
+            law,
+            league,
+            conditions=condition or (),
+            gains=gain or (),
+            seed=seed,
+            budget=budget,
+            reflection=reflection,
+            damping=damping,
+        )
+        folder = output or Path("runs", "tune", tuning.law.name)
+        with progress_bar() as bar:
+            tuned = search.tune(tuning, folder, workers, bar.one_task("tuning"))
+        print_tuned(tuned, table.write(tuned, folder))
 
 
 @app.command()

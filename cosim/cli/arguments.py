@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,6 +11,7 @@ from cosim.errors import InputError
 
 if TYPE_CHECKING:
     from cosim.run.options import Streaming
+    from cosim.scenario.scenario import Scenario
     from cosim.system.signals import Value
 
 ScenarioArgument = Annotated[
@@ -30,8 +32,13 @@ OnFailureOption = Annotated[
 SetOption = Annotated[
     list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
 ]
+ParametersOption = Annotated[
+    list[Path] | None,
+    typer.Option(help="Values for the component that is the FMU of this file, as of `cosim tune`; repeatable."),
+]
 TimeLimitOption = Annotated[float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")]
 MemoryLimitOption = Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")]
+WorkersOption = Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor.")]
 StreamOption = Annotated[
     bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
 ]
@@ -73,6 +80,18 @@ def _stride(text: str) -> tuple[str, int]:
     if not number.strip().isdigit():
         raise InputError(f"--every {text}: expected a number of rows, or the form pattern=number")
     return pattern.strip() or "*", int(number)
+
+
+def read_overrides(
+    scenario: Scenario, packaging: str, parameters: list[Path] | None, set_: list[str] | None
+) -> dict[str, Value]:
+    """Read values from parameter files, and those given one by one on top of them."""
+    from cosim.scenario.parameters import load_parameters
+
+    given: dict[str, Value] = {}
+    for path in parameters or ():
+        given |= load_parameters(path).overrides(scenario, packaging)
+    return given | dict(read_override(text) for text in set_ or ())
 
 
 def read_override(text: str) -> tuple[str, Value]:

@@ -22,7 +22,14 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from cosim.errors import CosimError, RunInterruptedError, SweepInterruptedError, format_time, printable
+from cosim.errors import (
+    CosimError,
+    RunInterruptedError,
+    SweepInterruptedError,
+    TuningInterruptedError,
+    format_time,
+    printable,
+)
 
 if TYPE_CHECKING:
     from cosim.run.job import Job
@@ -77,6 +84,9 @@ def sentences() -> Generator[None]:
         raise typer.Exit(_INTERRUPTED) from None
     except SweepInterruptedError as interrupted:
         errors.print(Text(one_line(f"{interrupted}; the same command goes on with it")))
+        raise typer.Exit(_INTERRUPTED) from None
+    except TuningInterruptedError as interrupted:
+        errors.print(Text(one_line(str(interrupted))))
         raise typer.Exit(_INTERRUPTED) from None
     except KeyboardInterrupt:
         errors.print("interrupted; nothing was written")

@@ -12,6 +12,8 @@ from cosim.errors import require
 
 if TYPE_CHECKING:
     from models.controllers.laws import DissipativeLaw
+    from models.controllers.speed_pid import PidGains, stiff, tuned
+    from models.controllers.virtual_drive import Gains, TopOfString, VirtualDrive, absorber, soft_torque
     from models.plant.parameters import DrillstringParameters
     from models.theory.cycle.bistability import Bistability, bistable_omegas
     from models.theory.cycle.continuation import BranchPoint, input_of
@@ -20,7 +22,9 @@ if TYPE_CHECKING:
     from models.theory.loop_set import PrintedLoop
     from models.theory.numerics.arrays import BoolArray
     from models.theory.stability.chart import StabilityChart, stability_boundary
-    from models.theory.stability.equilibrium import equilibria
+    from models.theory.stability.driven_top import Follower, RotorTop, VirtualTop, greatest_reflection, modal_damping
+    from models.theory.stability.equilibrium import equilibria, running_equilibrium
+    from models.theory.stability.torque_curve import TorqueCurve
 
 _HOMES = {
     "Bistability": "theory.cycle.bistability",
@@ -28,16 +32,31 @@ _HOMES = {
     "BranchPoint": "theory.cycle.continuation",
     "DissipativeLaw": "controllers.laws",
     "DrillstringParameters": "plant.parameters",
+    "Follower": "theory.stability.driven_top",
+    "Gains": "controllers.virtual_drive",
+    "PidGains": "controllers.speed_pid",
     "PrintedLoop": "theory.loop_set",
+    "RotorTop": "theory.stability.driven_top",
     "StabilityChart": "theory.stability.chart",
     "TopMotion": "theory.lawful_energy",
+    "TopOfString": "controllers.virtual_drive",
+    "TorqueCurve": "theory.stability.torque_curve",
+    "VirtualDrive": "controllers.virtual_drive",
+    "VirtualTop": "theory.stability.driven_top",
+    "absorber": "controllers.virtual_drive",
     "bistable_omegas": "theory.cycle.bistability",
     "equilibria": "theory.stability.equilibrium",
+    "greatest_reflection": "theory.stability.driven_top",
     "input_of": "theory.cycle.continuation",
     "lawful_angle": "theory.lawful_energy",
     "lawful_work": "theory.lawful_energy",
+    "modal_damping": "theory.stability.driven_top",
     "peak_speed": "theory.cycle.cycle",
+    "running_equilibrium": "theory.stability.equilibrium",
+    "soft_torque": "controllers.virtual_drive",
     "stability_boundary": "theory.stability.chart",
+    "stiff": "controllers.speed_pid",
+    "tuned": "controllers.speed_pid",
 }
 
 __all__ = [
@@ -46,16 +65,31 @@ __all__ = [
     "BranchPoint",
     "DissipativeLaw",
     "DrillstringParameters",
+    "Follower",
+    "Gains",
+    "PidGains",
     "PrintedLoop",
+    "RotorTop",
     "StabilityChart",
     "TopMotion",
+    "TopOfString",
+    "TorqueCurve",
+    "VirtualDrive",
+    "VirtualTop",
+    "absorber",
     "bistable_omegas",
     "equilibria",
+    "greatest_reflection",
     "input_of",
     "lawful_angle",
     "lawful_work",
+    "modal_damping",
     "peak_speed",
+    "running_equilibrium",
+    "soft_torque",
     "stability_boundary",
+    "stiff",
+    "tuned",
 ]
 
 

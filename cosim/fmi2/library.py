@@ -1,7 +1,7 @@
 """Load the shared library of an .fmu file, and bind the functions that each step calls.
 
 The library is that of the right folder for this platform, for whose processor and system it must be by its first bytes;
-it is unpacked, and cleaned up.
+it is unpacked into a folder of this process, and unloaded.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import struct
 import sys
-import tempfile
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +19,7 @@ from fmpy.fmi2 import FMU2Slave  # pyright: ignore[reportMissingTypeStubs]
 
 from cosim.errors import FmuFileError
 from cosim.fmi2.archive import Archive, open_archive
+from cosim.fmi2.unpacked import UnpackedFmus
 from cosim.system.description import Description
 
 # FMI 2.0 names folders for x86 only. For Arm, tools use FMI 3.0's names, or put a universal binary in darwin64. fmpy
@@ -35,9 +35,13 @@ BINARY_FOLDERS = {
 }
 
 
+UNPACKED = UnpackedFmus()
+"""Of this process."""
+
+
 @contextmanager
 def loaded_fmu(name: str, path: Path, description: Description) -> Generator[Any]:
-    """Unpack an FMU into a temporary folder and load its library; remove both afterwards, whatever happens.
+    """Unpack an FMU into a folder, where none waits, and load its library; unload it afterwards, whatever happens.
 
     Parameters
     ----------
@@ -58,12 +62,19 @@ def loaded_fmu(name: str, path: Path, description: Description) -> Generator[Any
     FmuFileError
         If the file cannot be unpacked, there is no binary for this platform or it cannot be loaded.
     """
-    with tempfile.TemporaryDirectory(prefix="cosim-", ignore_cleanup_errors=True) as folder:
+
+    def unpack(folder: Path) -> Path:
         with open_archive(path) as archive:
             binary = find_binary(archive, description.model_identifier)
-            archive.unpack(Path(folder))
-        _refuse_foreign(path, Path(folder, binary))
-        fmu = _load(name, path, Path(folder, binary), description, folder)
+            archive.unpack(folder)
+        library = folder / binary
+        _refuse_foreign(path, library)
+        if sys.platform != "win32":
+            library.chmod(0o755)
+        return library
+
+    with UNPACKED.lent(path, unpack) as (folder, library):
+        fmu = _load(name, path, library, description, str(folder))
         try:
             yield fmu
         finally:
@@ -106,8 +117,6 @@ def _refuse_foreign(path: Path, binary: Path) -> None:
 def _load(name: str, path: Path, binary: Path, description: Description, folder: str) -> Any:
     """Load the library; fmpy changes the working directory while it does, and leaves it so on failure."""
     before = os.getcwd()
-    if sys.platform != "win32":
-        binary.chmod(0o755)
     try:
         return FMU2Slave(
             guid=description.guid,

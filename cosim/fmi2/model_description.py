@@ -6,6 +6,7 @@ import re
 import tempfile
 from collections import Counter
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import cast
 from xml.etree import ElementTree
@@ -40,6 +41,23 @@ def read_description(path: Path, *, validate: bool = True) -> Description:
         If the file is missing, is not a zip archive that can safely be opened, has no modelDescription.xml that can be
         used, or is not an FMU for co-simulation by FMI 2.0.
     """
+    try:
+        status = path.stat()
+    except OSError:
+        return _description(path, validate)  # which says why
+    stamp = (status.st_ino, status.st_dev, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+    return _known_description(path, validate, stamp)
+
+
+@lru_cache(maxsize=64)
+def _known_description(path: Path, validate: bool, stamp: tuple[int, ...]) -> Description:
+    """Read the model description of a file that is as it was at a stamp, once."""
+    del stamp
+    return _description(path, validate)
+
+
+def _description(path: Path, validate: bool) -> Description:
+    """Read the model description of an FMU."""
     content, encoding, archive_flaws = _checked_content(path)
     read, flaws = _read(path, content, validate)
     slave = read.coSimulation

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from pathlib import Path
 from typing import TypeVar
 
 from cosim.errors import InputError, ScenarioError, suggestion
+from cosim.fmi2.locate import locate_fmu
 from cosim.scenario.file import TomlTable, read_toml
+from cosim.scenario.parameters import load_parameters
 from cosim.system.signals import Value
 
 LEAGUES = Path(__file__).resolve().parents[1] / "leagues"
@@ -101,6 +104,23 @@ class Search:
 
 
 @dataclass(frozen=True)
+class Range:
+    """Bound a parameter that `cosim tune` sets free.
+
+    Attributes
+    ----------
+    low, high : float
+        Least and greatest value.
+    times : bool
+        They are multiples of what the law has of itself, by formula or as a start value.
+    """
+
+    low: float
+    high: float
+    times: bool = False
+
+
+@dataclass(frozen=True)
 class League:
     """Hold laws, conditions, and how long each run is.
 
@@ -116,6 +136,8 @@ class League:
         In the order of the file.
     folder : Path
         Where relative paths of FMUs start from.
+    tunes : mapping of str to mapping of str to Range
+        What tuning sets free, by the name of a law or of its FMU, and by parameter.
     """
 
     title: str
@@ -126,6 +148,7 @@ class League:
     conditions: tuple[Condition, ...]
     searches: tuple[Search, ...]
     folder: Path
+    tunes: Mapping[str, Mapping[str, Range]] = field(default_factory=dict[str, Mapping[str, Range]])
 
     def only(self, laws: list[str], conditions: list[str]) -> League:
         """Return the league with some laws and conditions only; all where none are named.
@@ -145,7 +168,7 @@ class League:
         )
 
 
-def load_league(path: Path = USUAL, more: list[Path] | None = None) -> League:
+def load_league(path: Path = USUAL, more: list[Path] | None = None, parameters: list[Path] | None = None) -> League:
     """Read a league.
 
     Parameters
@@ -154,6 +177,8 @@ def load_league(path: Path = USUAL, more: list[Path] | None = None) -> League:
         A TOML file; by default the league that comes with the package.
     more : list of Path, optional
         FMUs that take part besides, with their start values, each under the name of its file.
+    parameters : list of Path, optional
+        Parameter files of laws that take part besides, as `cosim tune` writes them.
 
     Raises
     ------
@@ -165,20 +190,30 @@ def load_league(path: Path = USUAL, more: list[Path] | None = None) -> League:
         league = _league(content, path.resolve().parent)
     except InputError as error:
         raise type(error)(f"{path.name}: {error}") from error
-    added = tuple(Law(each.stem, each.stem, str(each.resolve())) for each in more or ())
+    added = {str(each): Law(each.stem, each.stem, str(each.resolve())) for each in more or ()}
+    added |= {str(each): _with_parameters(each) for each in parameters or ()}
     taken = {law.name for law in league.laws}
-    for law in added:
+    for file, law in added.items():
         if law.name in taken:
-            raise ScenarioError(f"{law.fmu}: there is a law '{law.name}' already; expected another name")
+            raise ScenarioError(f"{file}: there is a law '{law.name}' already; expected another name")
         taken.add(law.name)
-    return replace(league, laws=(*league.laws, *added))
+    return replace(league, laws=(*league.laws, *added.values()))
+
+
+def _with_parameters(path: Path) -> Law:
+    """Build a law from a parameter file."""
+    from cosim.fmi2.model_description import read_description  # with fmpy, which lists of laws do without
+
+    file = load_parameters(path)
+    file.refuse_unfit("law", read_description(locate_fmu(file.fmu, "native")))
+    return Law(file.name, file.title, file.fmu, file.values, file.drive)
 
 
 def _league(content: dict[str, object], folder: Path) -> League:
     """Build a league from the whole file."""
-    keys = ("title", "settle", "judge", "step_size", "laws", "conditions", "searches")
+    keys = ("title", "settle", "judge", "step_size", "laws", "conditions", "searches", "tunes")
     table = TomlTable(content, "", keys)
-    laws, conditions, searches = (table.table(key) for key in keys[4:])
+    laws, conditions, searches, tunes = (table.table(key) for key in keys[4:])
     known = {name: _condition(name, value, conditions.path(name)) for name, value in conditions.items()}
     league = League(
         title=table.text("title", ""),
@@ -189,6 +224,7 @@ def _league(content: dict[str, object], folder: Path) -> League:
         conditions=tuple(known.values()),
         searches=tuple(_search(name, value, searches.path(name), known) for name, value in searches.items()),
         folder=folder,
+        tunes={name: _ranges(tunes.table(name)) for name, _ in tunes.items()},
     )
     if not league.laws or not league.conditions:
         raise ScenarioError("expected at least one law and one condition")
@@ -242,6 +278,29 @@ def _search(name: str, content: object, where: str, conditions: Mapping[str, Con
             raise ScenarioError(f"{table.path('values')} holds {value!r}; expected numbers")
         values.append(float(value))
     return Search(name, table.text("title", name), conditions[condition], vary, tuple(values))
+
+
+def _ranges(table: TomlTable) -> dict[str, Range]:
+    """Build the ranges of ``[tunes.<name>]``: ``[low, high]``, or ``{ times = [low, high] }``."""
+    found: dict[str, Range] = {}
+    for name, value in table.items():
+        holder = table.table(name, ("times",)) if isinstance(value, dict) else table
+        key = name if holder is table else "times"
+        bounds = holder.array(key)
+        numbers = [float(each) for each in bounds if isinstance(each, int | float) and not isinstance(each, bool)]
+        if len(bounds) != 2 or len(numbers) != 2:
+            raise ScenarioError(f"{holder.path(key)} is {bounds!r}; expected two numbers, the least and the greatest")
+        found[name] = checked_range(Range(*numbers, times=holder is not table), holder.path(key))
+    return found
+
+
+def checked_range(bounds: Range, where: str) -> Range:
+    """Return a range; ScenarioError if it leaves nothing free."""
+    if not (isfinite(bounds.low) and isfinite(bounds.high)):
+        raise ScenarioError(f"{where} goes from {bounds.low:g} to {bounds.high:g}; expected finite numbers")
+    if not bounds.low < bounds.high:
+        raise ScenarioError(f"{where} goes from {bounds.low:g} to {bounds.high:g}; expected the lesser number first")
+    return bounds
 
 
 def _levels(table: TomlTable) -> dict[str, Value]:

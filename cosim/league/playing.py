@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Generator, Iterator, Mapping
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+import signal
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 
 from cosim.errors import RunError
 from cosim.league.entries import Condition, Law, League, Search
@@ -87,21 +90,20 @@ def play(league: League, workers: int = 0, progress: Progress | None = None) -> 
     InputError
         If a law cannot be connected, or something in the file does not exist. A run that fails is a score that says so.
     """
-    games: list[tuple[Law, Condition | Search]] = [
-        (law, each) for law in league.laws for each in (*league.conditions, *league.searches)
-    ]
+    games = [Game(league, law, each) for law in league.laws for each in (*league.conditions, *league.searches)]
     for law in league.laws:  # what is wrong with a law is told before anything is played
         Rig(league, law, league.conditions[0])
     scores: dict[tuple[str, str], Score] = {}
     limits: dict[tuple[str, str], Limit] = {}
-    for number, (law, what, found) in enumerate(_played(league, games, workers), start=1):
-        if isinstance(found, Score):
-            scores[law.name, what.name] = found
-        else:
-            limits[law.name, what.name] = found
-        if progress is not None:
-            progress(f"{law.name}, {what.name}", number / len(games))
-    order = [(law.name, what.name) for law, what in games]
+    with players(min(workers or processors(), len(games))) as played:
+        for number, (game, found) in enumerate(played(games), start=1):
+            if isinstance(found, Score):
+                scores[game.key] = found
+            else:
+                limits[game.key] = found
+            if progress is not None:
+                progress(", ".join(game.key), number / len(games))
+    order = [game.key for game in games]
     return Standings(
         league,
         {key: scores[key] for key in order if key in scores},
@@ -109,33 +111,81 @@ def play(league: League, workers: int = 0, progress: Progress | None = None) -> 
     )
 
 
-def _played(
-    league: League, games: list[tuple[Law, Condition | Search]], workers: int
-) -> Iterator[tuple[Law, Condition | Search, Score | Limit]]:
-    """Play games as processes are free, and give what has come of each."""
-    number = min(workers or os.cpu_count() or 1, len(games))
-    if number <= 1:
-        for law, what in games:
-            yield law, what, _play(league, law, what)
-        return
-    with _pool(number) as pool:
-        waiting = {pool.submit(_play, league, law, what): (law, what) for law, what in games}
-        for done in as_completed(waiting):
-            yield (*waiting[done], done.result())
+@dataclass(frozen=True)
+class Game:
+    """One thing to be played.
+
+    Attributes
+    ----------
+    league : League
+        How long to run, and in which steps.
+    law : Law
+        The law.
+    what : Condition or Search
+        What it is judged under, or how far it goes.
+    """
+
+    league: League
+    law: Law
+    what: Condition | Search
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Names of law and condition, or search."""
+        return self.law.name, self.what.name
+
+
+Played = Callable[[Sequence[Game]], Iterator[tuple[Game, Score | Limit]]]
+"""Plays games as processes are free, and gives what has come of each."""
+
+
+def processors() -> int:
+    """Return how many processors there are."""
+    return os.cpu_count() or 1
 
 
 @contextmanager
-def _pool(workers: int) -> Generator[Executor]:
-    """Start processes, and drop what waits for them if this one is interrupted."""
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+def players(workers: int) -> Generator[Played]:
+    """Hold processes that play games, as many as there are workers; with one, this process plays by itself.
+
+    What waits for them is dropped if this process is interrupted. They leave signals from the keyboard to it.
+    """
+    if workers <= 1:
+        yield lambda games: ((game, _play(game)) for game in games)
+        return
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_to_play)
+
+    def played(games: Sequence[Game]) -> Iterator[tuple[Game, Score | Limit]]:
+        waiting = {pool.submit(_play, game): game for game in games}
+        try:
+            for done in as_completed(waiting):
+                yield waiting[done], done.result()
+        except BrokenProcessPool:
+            raise RunError("a process that played for the league has ended before its time, or was killed") from None
+
     try:
-        yield pool
+        yield played
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def _play(league: League, law: Law, what: Condition | Search) -> Score | Limit:
+def _begin_to_play() -> None:
+    """Leave it to the process that has the others to end them, and end with it if it is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_the_first, daemon=True).start()
+
+
+def _end_with_the_first() -> None:
+    """Wait for the end of the process that has this one: what waits for work from it would wait for ever."""
+    first = parent_process()
+    if first is not None:
+        first.join()
+        os._exit(1)
+
+
+def _play(game: Game) -> Score | Limit:
     """Judge a law under a condition, or search for its limit."""
+    league, law, what = game.league, game.law, game.what
     return score(league, law, what) if isinstance(what, Condition) else _limit(league, law, what)
 
 

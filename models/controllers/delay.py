@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from models.numerics.trigonometry import sine_and_cosine
-
+from ..numerics.trigonometry import sine_and_cosine
 from .virtual_drive import Gains
 
 HIGHEST, PER_OCTAVE = 1000.0, 48

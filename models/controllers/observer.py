@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from models.numerics.low_pass import low_pass
+from ..numerics.low_pass import low_pass
 
 MOST_SAMPLES = 1024
 """Of the wave sent down that are kept."""

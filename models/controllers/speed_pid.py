@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from models.numerics.low_pass import low_pass
-
+from ..numerics.low_pass import low_pass
 from .virtual_drive import TopOfString
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from models.numerics.noise import uniform
+from ..numerics.noise import uniform
 
 MOST_UNDER_WAY = 256
 """Frames that can be under way at a time."""

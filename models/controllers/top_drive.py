@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from models.numerics.low_pass import fading
-from models.numerics.noise import normal
+from ..numerics.low_pass import fading
+from ..numerics.noise import normal
 
 LONGEST_QUEUE = 64
 """Sample times by which commands can be delayed."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import NamedTuple
 
-from models.numerics.low_pass import low_pass
-from models.numerics.trigonometry import sine_and_cosine
+from ..numerics.low_pass import low_pass
+from ..numerics.trigonometry import sine_and_cosine
 
 NEWTON_STEPS = 8
 """Steps in which x tan x = k is solved for every k > 0 to rounding."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from cosim.fmi2.library import BINARY_FOLDERS
+from cosim.fmi2.library import BINARY_FOLDERS, UNPACKED
 from tests.once import built_once
 
 SOURCE = Path(__file__).parent / "probe"
@@ -102,10 +102,12 @@ def make_suspect(suspect_libraries: Callable[..., Path], tmp_path: Path) -> Call
 
 @pytest.fixture
 def no_leftovers(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch):
-    """Unpack into a folder of its own, and fail if anything is left there."""
+    """Unpack into a folder of its own, and fail if anything is left there but what is kept to be lent again."""
     folder = tmp_path_factory.mktemp("unpacked")
     monkeypatch.setattr("tempfile.tempdir", str(folder))
+    UNPACKED.clear()
     yield folder
+    UNPACKED.clear()
     left = [path.name for path in folder.iterdir()]
     shutil.rmtree(folder)
     assert left == []

@@ -117,6 +117,14 @@ def is_buried(process: int) -> bool:
     return True
 
 
+def still_there(before: set[int], patience: float = 2.0) -> set[int]:
+    """Return the new children that live on; a killed one takes a moment to die on a machine that has much to do."""
+    end = time.monotonic() + patience
+    while (left := children() - before) and time.monotonic() < end:
+        time.sleep(0.01)
+    return left
+
+
 @pytest.fixture
 def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Fail if a process is left, in whatever session; as long as the test lasts they would come to this one."""
@@ -126,7 +134,7 @@ def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[No
     monkeypatch.setenv("MISDEED", str(tmp_path / "done"))
     adopt(True)
     yield
-    left = children() - before
+    left = still_there(before)
     while remaining := children() - before:
         for process in remaining:
             with suppress(ProcessLookupError):

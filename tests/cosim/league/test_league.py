@@ -5,12 +5,13 @@ from __future__ import annotations
 import csv
 import logging
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from cosim.errors import InputError, OutputError
+from cosim.errors import InputError, OutputError, RunError
 from cosim.league.entries import Condition, League, load_league
 from cosim.league.playing import play, score
 from cosim.league.rig import Rig
@@ -152,3 +153,17 @@ def test_names_and_titles_are_drawn_as_they_stand(tmp_path: Path) -> None:
     strange = replace(league, title="\x1b[2J $", settle=20.0, judge=25.0, laws=(law,), conditions=(condition,))
     write(play(strange, 1), tmp_path)
     assert (tmp_path / FIGURE).read_bytes().startswith(b"\x89PNG")
+
+
+class Fatal(Condition):
+    """Ends the process that it comes to."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return os._exit, (3,)
+
+
+def test_a_process_that_is_gone_is_a_sentence() -> None:
+    league, _ = of("ordinary", "nominal")
+    deadly = replace(league, conditions=(Fatal("a", "a", 1.0, 1.0), Fatal("b", "b", 1.0, 1.0)))
+    with pytest.raises(RunError, match="has ended before its time, or was killed"):
+        play(deadly, 2)

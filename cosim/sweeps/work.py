@@ -11,8 +11,7 @@ import logging
 import pickle
 import threading
 import time
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cosim.sweeps.plan import Plan
@@ -97,7 +96,7 @@ def run_batch(name: str, plan: bytes | None, stretches: Sequence[Stretch], budge
     if bench is None:
         return Reply(None)
     began = time.perf_counter()
-    with _unheard(), bench.turn():
+    with _silence, bench.turn():
         done = [_run(bench, stretch, began + budget) for stretch in stretches]
     return Reply(done, time.perf_counter() - began)
 
@@ -145,12 +144,28 @@ def _run(bench: Workbench, stretch: Stretch, until: float) -> Done:
     return Done(stretch.line, stretch.first, numbers, messages)
 
 
-@contextmanager
-def _unheard() -> Generator[None]:
-    """Let runs not warn, each by itself; what ends one is the message of its point."""
-    before = logging.root.manager.disable
-    logging.disable(logging.WARNING)
-    try:
-        yield
-    finally:
-        logging.disable(before)
+class _Silence:
+    """Let runs not warn, each by itself; what ends one is the message of its point.
+
+    Several threads may ask for it at once: the last one lets the process warn again.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._askers = self._before = 0
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if not self._askers:
+                self._before = logging.root.manager.disable
+                logging.disable(logging.WARNING)
+            self._askers += 1
+
+    def __exit__(self, *raised: object) -> None:
+        with self._lock:
+            self._askers -= 1
+            if not self._askers:
+                logging.disable(self._before)
+
+
+_silence = _Silence()

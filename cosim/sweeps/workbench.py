@@ -11,8 +11,9 @@ from __future__ import annotations
 import io
 import json
 import tempfile
-from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack
+import threading
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,9 @@ from cosim.system.compatibility import check_system
 from cosim.system.description import Description
 from cosim.system.signals import FloatArray, Value
 
+_surroundings_held = threading.Lock()
+"""Held while a library is loaded, which changes the working folder, and while it is seen to whether one has: by no two
+threads at once, as executors with threads would have it."""
 _OURS = "drillstring-cosim"
 """Exporter of FMUs that are as new after a reset, as tests hold."""
 
@@ -74,7 +78,7 @@ class _Place:
             return last
         self._drop()
         if self._library is None:
-            with Surroundings(self._name).kept("while it was loaded"):
+            with _surroundings_held, Surroundings(self._name).kept("while it was loaded"):
                 self._library = self._kept.enter_context(loaded_fmu(self._name, self._path, self._description))
         self._instance = FmuSlave(self._name, self._description, self._library)
         return self._instance
@@ -147,9 +151,17 @@ class Workbench:
         except MemoryError:
             return self.failed("there is not enough memory")
 
-    def turn(self) -> AbstractContextManager[None]:
-        """Return the context of some points, after which this process is as it was before."""
-        return self._surroundings.kept("in points of a sweep")
+    @contextmanager
+    def turn(self) -> Generator[None]:
+        """Give the context of some points, after which this process is as it was before."""
+        kept = self._surroundings.kept("in points of a sweep")
+        with _surroundings_held:
+            kept.__enter__()
+        try:
+            yield
+        finally:
+            with _surroundings_held:
+                kept.__exit__(None, None, None)
 
     def close(self) -> None:
         """Free and unload everything."""

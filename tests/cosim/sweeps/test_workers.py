@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import socket
@@ -42,9 +43,12 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_workers_of_any_executor_find_the_same_bits(tmp_path: Path, whole: Path) -> None:
+    folder = os.getcwd()
     with ThreadPoolExecutor(2) as executor:
         run(tmp_path / "s.zarr", executor=(executor, 2))
     assert content(tmp_path / "s.zarr") == content(whole / "rest")
+    # which several threads have had to do with at once
+    assert (os.getcwd(), logging.root.manager.disable) == (folder, 0)
 
 
 def test_too_little_memory_at_a_point_is_its_message(tmp_path: Path, whole: Path) -> None:

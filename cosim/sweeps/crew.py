@@ -12,6 +12,7 @@ from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing import get_context
 from typing import Any
 
@@ -38,6 +39,8 @@ class Crew:
         Exceptions of work whose worker is gone.
     renew : callable or None
         Returns another executor in place of one that is broken.
+    came_up : callable
+        Tells whether any worker has been ready for work, since the executor was got or renewed.
     outlives : bool
         Whether the executor itself goes on where a worker is gone.
     where : str
@@ -48,6 +51,7 @@ class Crew:
     workers: int
     lost: tuple[type[BaseException], ...] = (BrokenExecutor,)
     renew: Callable[[], Executor] | None = None
+    came_up: Callable[[], bool] = lambda: True
     outlives: bool = False
     where: str = "the executor"
 
@@ -84,18 +88,28 @@ def process_pool(workers: int, most: int) -> Generator[Crew]:
         yield Crew(Here(), 1, where="this process")
         return
     current: list[ProcessPoolExecutor] = []
+    ready: list[Future[None]] = []
 
     def begin() -> ProcessPoolExecutor:
         for broken in current:
             broken.shutdown(wait=False, cancel_futures=True)
         current[:] = [ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_leave_signals)]
+        ready[:] = [current[0].submit(_get_ready) for _ in range(number)]
         return current[0]
 
+    def came_up() -> bool:
+        return any(each.done() and not each.cancelled() and each.exception() is None for each in ready)
+
     try:
-        yield Crew(begin(), number, renew=begin, where="a worker process")
+        yield Crew(begin(), number, renew=begin, came_up=came_up, where="a worker process")
     finally:
         for pool in current:
             pool.shutdown(cancel_futures=True)
+
+
+def _get_ready() -> None:
+    """Import in a worker what it works with, before there is work."""
+    import_module("cosim.sweeps.work")
 
 
 def _leave_signals() -> None:

@@ -28,8 +28,8 @@ _FALL = 8.0
 _AHEAD = 2
 """Batches for each worker, so that none waits."""
 _LOOK = 0.2
-_MOST_DEATHS = 12
-"""In succession, without a point that was done between them."""
+_MOST_STARTS = 3
+"""Of workers that die before they are ready for a point."""
 _LAST_CHANCE = 2
 
 Batch = tuple[Stretch, ...]
@@ -60,7 +60,7 @@ class Dispatcher:
         self._accused: tuple[Stretch, int] | None = None
         self._flying: dict[Future[Reply], Batch] = {}
         self._cost: float | None = None
-        self._sent = self._deaths = 0
+        self._sent = self._stillborn = 0
 
     def run(self, take: Callable[[list[Done]], None], look: Callable[[], None]) -> None:
         """Run everything.
@@ -148,7 +148,6 @@ class Dispatcher:
         if reply.done is None:
             self._submit(batch, 0.0 if self._accused else _PATIENCE * TARGET, with_plan=True)
             return None
-        self._deaths = 0
         self._account(reply)
         take(reply.done)
         for done, stretch in zip(reply.done, batch, strict=True):
@@ -172,15 +171,16 @@ class Dispatcher:
 
     def _replace_workers(self, error: BaseException, take: Callable[[list[Done]], None]) -> None:
         """Get others in place of workers that are gone; suspect what was under way, or convict who was alone."""
-        self._deaths += 1
         message = " ".join(str(error).split()) or type(error).__name__
-        if self._deaths > _MOST_DEATHS:
-            raise RunError(f"{self._crew.where} died {self._deaths} times in succession: {message}")
+        came_up = self._crew.came_up()
+        self._stillborn = 0 if came_up else self._stillborn + 1
+        if self._stillborn >= _MOST_STARTS:
+            raise RunError(f"{self._crew.where} cannot start: {message}")
         if self._accused is not None:
             stretch, deaths = self._accused
             self._flying.clear()
-            if deaths + 1 < _LAST_CHANCE:
-                self._suspects.appendleft((stretch, deaths + 1))
+            if deaths + came_up < _LAST_CHANCE:
+                self._suspects.appendleft((stretch, deaths + came_up))
             else:
                 self._convict(stretch, message, take)
             self._accused = None

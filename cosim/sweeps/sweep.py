@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -117,10 +118,12 @@ def sweep(
             given, choice, (grid or {}, samples or {}, count, sampling, seed), (branch, along), measures, beginning
         )
     path = Path(output)
-    with opened_store(path, made) as store:
+    with ExitStack() as stack:
+        begin = partial(_crew, workers, scheduler, executor, made.design.lines)
+        crew = None if path.exists() else stack.enter_context(begin())  # who starts while a store is begun
+        store = stack.enter_context(opened_store(path, made))
         if store.done < made.design.points:
-            with _crew(workers, scheduler, executor, made.design.lines) as crew:
-                _run(made, store, crew, path, progress)
+            _run(made, store, crew or stack.enter_context(begin()), path, progress)
     return open_sweep(path)
 
 

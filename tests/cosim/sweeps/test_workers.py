@@ -186,3 +186,16 @@ def test_a_cluster_of_another_version_is_refused(
     monkeypatch.setattr(crew, "versions", lambda: {"drillstring-cosim": "9.9"})
     with pytest.raises(InputError, match=r"drillstring-cosim is \S+ at tcp://\S+, and 9\.9 here; expected the same$"):
         run(tmp_path / "s.zarr", scheduler=cluster[0])
+
+
+@pytest.mark.slow
+def test_workers_that_cannot_even_start_end_the_sweep(tmp_path: Path) -> None:
+    script = tmp_path / "unguarded.py"  # each worker would run the sweep anew
+    script.write_text(
+        "from cosim import sweep\n"
+        f"sweep('stick-slip', {str(tmp_path / 's.zarr')!r}, grid={{'plant.WOB': [1e4, 2e4]}}, workers=2)\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=240)
+    assert done.returncode == 1
+    assert "RunError: a worker process cannot start: A process in the process pool was terminated" in done.stderr
+    assert np.isnan(open_sweep(tmp_path / "s.zarr")["failed"].values).all()

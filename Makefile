@@ -3,6 +3,7 @@
 #   make quick  format, lint, types, and the tests that take a moment and need no other platform's libraries
 #   make test   format, lint, types, and every test
 #   make verify hold the product against laws, and the paper's claims against the product: a report
+#   make endurance  let each law drill for a day: a table (LAW=, HOURS=, SEED=)
 #   make fuzz   make up calls to the C code of an FMU until one goes wrong (MODEL=, DURATION=)
 PYTHON ?= python3
 VENV   := .venv
@@ -15,7 +16,7 @@ endif
 # What Python has compiled is kept, whatever the shell says: the tests start thousands of processes that import the same.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify coverage sanitize fuzz bench wheel \
+.PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify endurance coverage sanitize fuzz bench wheel \
     check-release pins hunt clean
 
 run: fmus
@@ -75,6 +76,12 @@ unit: all-fmus
 # Also judged by `unit`, law by law; ARGUMENTS=--html=report.html writes a page, --write-claims docs/claims.md anew.
 verify: setup fmus
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.verify $(ARGUMENTS)
+
+# Ten minutes of it are among the tests. LAW= may name several; without, all drill.
+HOURS ?= 24
+endurance: setup fmus
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.endurance $(LAW) --hours $(HOURS) \
+	    --seed $(if $(filter command environment,$(firstword $(origin SEED))),$(SEED),1)
 
 # The C code: docs/hardening.md tells what these three need beside Python.
 coverage: setup

@@ -284,14 +284,18 @@ def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Descript
 def record_components(
     system: System, paths: Mapping[str, Path], descriptions: Mapping[str, Description]
 ) -> dict[str, dict[str, Any]]:
-    """Say which file or function each component is, and every parameter it ran with, given or by default."""
+    """Say which file or function each component is, and every parameter it ran with, given or by default.
+
+    What a signal drives is told among the inputs.
+    """
     functions = functions_of(system)
     components: dict[str, dict[str, Any]] = {}
     for part in system.components:
         description = descriptions[part.name]
         file = paths.get(part.name)
         origin = functions[part.name].record() if file is None else _origin(file, description)
-        parameters = {variable.name: _start(variable) for variable in description.with_causality("parameter")}
+        fixed = [v for v in description.with_causality("parameter") if f"{part.name}.{v.name}" not in system.inputs]
+        parameters = {variable.name: _start(variable) for variable in fixed}
         components[part.name] = {
             **origin,
             "parameters": {**parameters, **part.parameters},

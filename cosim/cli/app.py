@@ -24,6 +24,7 @@ from cosim.cli.arguments import (
     ScenarioArgument,
     SetOption,
     StepSizeOption,
+    StopTimeOption,
     StreamOption,
     TimeLimitOption,
     ToleranceOption,
@@ -31,6 +32,7 @@ from cosim.cli.arguments import (
     read_override,
     read_overrides,
     read_streaming,
+    seconds,
 )
 from cosim.cli.sweeping import draw_map, sweep
 from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
@@ -105,7 +107,7 @@ def run(
     step_size: StepSizeOption = None,
     tolerance: ToleranceOption = None,
     on_failure: OnFailureOption = None,
-    stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
+    stop_time: StopTimeOption = None,
     set_: SetOption = None,
     parameters: ParametersOption = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
@@ -163,8 +165,10 @@ def plot(
     folders: Annotated[list[Path], typer.Argument(help="Of finished runs.", metavar="FOLDER...")],
     signal: Annotated[list[str] | None, typer.Option(help="What to show, component.variable; repeatable.")] = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
-    begin: Annotated[float, typer.Option("--from", help="Time to begin at in s.")] = -math.inf,
-    end: Annotated[float, typer.Option("--to", help="Time to end at in s.")] = math.inf,
+    begin: Annotated[
+        float | None, typer.Option("--from", help="When to begin.", parser=seconds, metavar="TIME")
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", help="When to end.", parser=seconds, metavar="TIME")] = None,
     overlay: Annotated[bool, typer.Option("--overlay", help="Draw runs over each other, not beside.")] = False,
     units: Annotated[str, typer.Option(help="si, metric: rpm, kN, or field: rpm, klbf, kft.lbf.")] = "si",
     format_: Annotated[str | None, typer.Option("--format", help="png, svg or pdf, by default as the file.")] = None,
@@ -174,7 +178,8 @@ def plot(
     from cosim.cli.figure import draw_runs
 
     with sentences():
-        looks: Looks = {"begin": begin, "end": end, "overlay": overlay, "units": units}
+        times = (-math.inf if begin is None else begin, math.inf if end is None else end)
+        looks: Looks = {"begin": times[0], "end": times[1], "overlay": overlay, "units": units}
         target = draw_runs(folders, signal or (), variant or (), looks, format_, output)
         new_console().print(Text(f"wrote {target}"), soft_wrap=True)
 

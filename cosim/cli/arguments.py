@@ -14,13 +14,32 @@ if TYPE_CHECKING:
     from cosim.scenario.scenario import Scenario
     from cosim.system.signals import Value
 
+
+def seconds(text: str) -> float:
+    """Read a time in s, or with a unit, as ``2 min``."""
+    from cosim.system.field_units import in_unit
+
+    try:
+        return in_unit(text, "s", "it")
+    except InputError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
 ScenarioArgument = Annotated[
     str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
 ]
 PackagingOption = Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")]
 AlgorithmOption = Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")]
 StepSizeOption = Annotated[
-    float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
+    float | None,
+    typer.Option(
+        help="Communication step size, in s or with a unit; with a tolerance, the greatest.",
+        parser=seconds,
+        metavar="TIME",
+    ),
+]
+StopTimeOption = Annotated[
+    float | None, typer.Option(help="End of the run, in s or with a unit.", parser=seconds, metavar="TIME")
 ]
 ToleranceOption = Annotated[
     float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")

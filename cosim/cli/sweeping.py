@@ -16,6 +16,7 @@ from cosim.cli.arguments import (
     ScenarioArgument,
     SetOption,
     StepSizeOption,
+    StopTimeOption,
     read_override,
 )
 from cosim.cli.terminal import new_console, progress_bar, sentences
@@ -45,7 +46,7 @@ def sweep(
     packaging: PackagingOption = "native",
     algorithm: AlgorithmOption = None,
     step_size: StepSizeOption = None,
-    stop_time: Annotated[float | None, typer.Option(help="End of each run in s.")] = None,
+    stop_time: StopTimeOption = None,
     workers: Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor; 1: this one.")] = 0,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler, whose workers are used instead.")

@@ -22,7 +22,13 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from cosim.errors import CosimError, RunInterruptedError, TuningInterruptedError, printable
+from cosim.errors import (
+    CosimError,
+    RunInterruptedError,
+    SweepInterruptedError,
+    TuningInterruptedError,
+    printable,
+)
 from cosim.report.statement import count, statement
 
 if TYPE_CHECKING:
@@ -75,6 +81,9 @@ def sentences() -> Generator[None]:
     except RunInterruptedError as interrupted:
         how = f"go on with: cosim resume {interrupted.folder}" if interrupted.can_resume else "it cannot be resumed"
         errors.print(Text(one_line(f"{interrupted}; {how}")))
+        raise typer.Exit(_INTERRUPTED) from None
+    except SweepInterruptedError as interrupted:
+        errors.print(Text(one_line(f"{interrupted}; the same command goes on with it")))
         raise typer.Exit(_INTERRUPTED) from None
     except TuningInterruptedError as interrupted:
         errors.print(Text(one_line(str(interrupted))))

@@ -155,7 +155,7 @@ def read_written(system: System, descriptions: Mapping[str, Description]) -> Sys
 
     def read(component: str, variable: str, value: Value) -> Value:
         known = descriptions[component].by_name.get(variable)
-        return _read(value, known) if isinstance(value, Written) else value
+        return read_value(value, known) if isinstance(value, Written) else value
 
     components = tuple(
         replace(part, parameters={name: read(part.name, name, value) for name, value in part.parameters.items()})
@@ -167,7 +167,7 @@ def read_written(system: System, descriptions: Mapping[str, Description]) -> Sys
     return replace(system, components=components, inputs=inputs)
 
 
-def _read(text: str, variable: Variable | None) -> Value:
+def read_value(text: str, variable: Variable | None) -> Value:
     """Read a text as a value of a variable's type; if it is none, as a string, without quotes around it."""
     plain = text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'" else str(text)
     kind = variable.type if variable is not None else "String"

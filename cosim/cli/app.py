@@ -186,7 +186,7 @@ def plot(
 
 @app.command()
 def report(
-    folders: Annotated[list[Path], typer.Argument(help="Of finished runs, or of leagues.", metavar="FOLDER...")],
+    folders: Annotated[list[Path], typer.Argument(help="Of finished runs, leagues or sweeps.", metavar="FOLDER...")],
     output: Annotated[Path, typer.Option(help="The .html file to write.")] = Path("report.html"),
     units: Annotated[str, typer.Option(help="si, or field: rpm, klbf, kft.lbf.")] = "si",
     title: Annotated[str, typer.Option(help="By default that of what was run.")] = "",

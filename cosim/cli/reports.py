@@ -11,10 +11,13 @@ from cosim.league import table, told
 from cosim.report import runs
 from cosim.report.page import write_page
 from cosim.run.report import MANIFEST
+from cosim.sweeps import told as sweep_pages
+from cosim.sweeps.told import MARK
 from cosim.system.field_units import shown_in
 
 _KINDS: dict[str, tuple[str, str, Callable[[Sequence[Path], str], dict[str, Any]]]] = {
     "run": (MANIFEST, "run.html", runs.gather),
+    "sweep": (MARK, "sweep.html", sweep_pages.gather),
     "league": (table.ABOUT, "league.html", told.gather),
 }
 """By kind of folder: the file that makes it one, the template of its page, and what gathers what that shows."""
@@ -26,7 +29,7 @@ def write_report(folders: Sequence[str | Path], output: str | Path, *, units: st
     Parameters
     ----------
     folders : sequence of str or Path
-        Of finished runs, as `cosim run` writes them, or of leagues.
+        Of finished runs, as `cosim run` writes them, of leagues, or stores of sweeps.
     output : str or Path
         The .html file.
     units : str
@@ -71,4 +74,4 @@ def _kind_of(folder: Path) -> str:
     for kind, (mark, _, _) in _KINDS.items():
         if (folder / mark).is_file():
             return kind
-    raise InputError(f"{folder} holds no finished run and no league; expected a folder that one was written to")
+    raise InputError(f"{folder} holds no finished run, league or sweep; expected a folder that one was written to")

@@ -68,7 +68,7 @@ def gather(folders: Sequence[Path], units: str) -> dict[str, Any]:
         raise InputError(f"a league is told in SI units; expected --units si, not {units}")
     leagues = [_league(folder) for folder in dict.fromkeys(folders)]
     titles = list(dict.fromkeys(each["title"] for each in leagues))
-    return {"title": titles[0] if len(titles) == 1 else "Leagues compared", "leagues": leagues, "plots": None}
+    return {"title": titles[0] if len(titles) == 1 else "Leagues compared", "leagues": leagues, "drawn": None}
 
 
 def _league(folder: Path) -> dict[str, Any]:

@@ -44,7 +44,7 @@ class Line:
 
     def to_json(self) -> dict[str, Any]:
         """Return what the script of the page reads."""
-        return {"x": _packed(self.times), "y": _packed(self.values), "n": self.times.size}
+        return {"x": packed(self.times), "y": packed(self.values), "n": self.times.size}
 
 
 def line(times: FloatArray, values: NDArray[Any], most: int, factor: float = 1.0) -> Line | None:
@@ -92,7 +92,7 @@ def kept_rows(values: FloatArray, most: int) -> NDArray[np.intp]:
     return np.unique(np.array(kept, dtype=np.intp))
 
 
-def _packed(values: FloatArray) -> list[Any]:
+def packed(values: FloatArray) -> list[Any]:
     """Write numbers: the least, the size of a part, and how many parts each is above the least; 65,535 is none."""
     known = np.isfinite(values)
     least, greatest = (float(values[known].min()), float(values[known].max())) if known.any() else (0.0, 0.0)

@@ -17,7 +17,7 @@ from typing import Any
 from cosim.errors import InputError, OutputError, printable, require
 from cosim.files import replace_file, why
 from cosim.report.diagram import shortened
-from cosim.report.plots import COLOURS, DARK_COLOURS, Plots, dash_of, script
+from cosim.report.plots import script
 
 _PAGE = Path(__file__).parent / "page"
 
@@ -32,7 +32,7 @@ def write_page(path: Path, template: str, content: Mapping[str, Any], title: str
     template : str
         Name of a template beside `page.html`.
     content : mapping
-        What it takes; `title` and `plots`, which may be None, at least.
+        What it takes; `title`, and `drawn`, what the script of the same name reads, None without one.
     title : str, optional
         By default that of the content.
 
@@ -55,22 +55,25 @@ def write_page(path: Path, template: str, content: Mapping[str, Any], title: str
 def page(template: str, content: Mapping[str, Any], title: str = "") -> str:
     """Return a page; the same text each time."""
     jinja2 = require("jinja2", extra="report", purpose="a report")
-    plots: Plots | None = content["plots"]
+    drawn: Mapping[str, Any] | None = content["drawn"]
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_PAGE), autoescape=True, trim_blocks=True, lstrip_blocks=True,
-        keep_trailing_newline=True, undefined=jinja2.StrictUndefined, finalize=_harmless,
-    )  # fmt: skip
+        loader=jinja2.FileSystemLoader(_PAGE),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+        finalize=_harmless,
+    )
     markup = require("markupsafe", extra="report", purpose="a report").Markup
-    scripts = [] if plots is None else [script(), _own("page.js")]
-    data = None if plots is None else markup(_in_script(plots.to_json()))
+    scripts = [] if drawn is None else [script(), _own(Path(template).with_suffix(".js").name)]
     return environment.get_template(template).render(
         {**content, "title": title or content["title"]},
         style=markup(_own("page.css")),
         scripts=[markup(each) for each in scripts],
         hashes=[_hash(each) for each in scripts],
-        data=data,
+        data=None if drawn is None else markup(_in_script(drawn)),
         shortened=shortened,
-        strokes=[] if plots is None else _strokes(len(plots.runs)),
     )
 
 
@@ -93,11 +96,3 @@ def _in_script(content: Any) -> str:
 def _hash(text: str) -> str:
     """Return the name of a script in a content security policy."""
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode()}"
-
-
-def _strokes(count: int) -> list[tuple[str, str, str]]:
-    """Return the colours in light and dark, and the dashes, of each run's lines."""
-    return [
-        (COLOURS[run % len(COLOURS)], DARK_COLOURS[run % len(COLOURS)], " ".join(map(str, dash_of(run))))
-        for run in range(count)
-    ]

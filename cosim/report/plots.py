@@ -183,7 +183,7 @@ def document(panels: int, runs: int, begin: float, end: float) -> Any:
     shared = models.Range1d(begin, end, bounds=(begin, end), name="time")
     for panel in range(panels):
         made.add_root(_panel(models, plotting, shared, panel, runs))
-    return json.loads(_renumbered(encoder.serialize_json(made.to_json(deferred=False))))
+    return json.loads(renumbered(encoder.serialize_json(made.to_json(deferred=False))))
 
 
 def _panel(models: Any, plotting: Any, shared: Any, panel: int, runs: int) -> Any:
@@ -209,7 +209,7 @@ def _panel(models: Any, plotting: Any, shared: Any, panel: int, runs: int) -> An
 _ID = re.compile(r'"p\d+"')
 
 
-def _renumbered(text: str) -> str:
+def renumbered(text: str) -> str:
     """Give models numbers by where they come in the text, not by how many the process has made before."""
     names: dict[str, str] = {}
     return _ID.sub(lambda found: names.setdefault(found[0], f'"p{len(names) + 1}"'), text)
@@ -218,6 +218,14 @@ def _renumbered(text: str) -> str:
 def dash_of(run: int) -> tuple[int, ...]:
     """Return the dashes of a run's lines; no two runs have the same together with the same colour."""
     return _DASHES[(run + run // len(COLOURS)) % len(_DASHES)]
+
+
+def strokes(count: int) -> list[tuple[str, str, str]]:
+    """Return the colours in light and dark, and the dashes, of each run's lines."""
+    return [
+        (COLOURS[run % len(COLOURS)], DARK_COLOURS[run % len(COLOURS)], " ".join(map(str, dash_of(run))))
+        for run in range(count)
+    ]
 
 
 def script() -> str:

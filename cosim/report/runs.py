@@ -18,7 +18,7 @@ from cosim.files import read_file, why
 from cosim.fmi2.model_description import read_description
 from cosim.recording.result import Result
 from cosim.report.diagram import Diagram, lay_out, ways
-from cosim.report.plots import number, plots_of
+from cosim.report.plots import number, plots_of, strokes
 from cosim.report.reproduce import commands
 from cosim.report.statement import count, statement
 from cosim.run.opened import open_variants
@@ -110,6 +110,7 @@ def gather(folders: Sequence[Path], units: str) -> dict[str, Any]:
     with _undamaged(folders):
         titles = list(dict.fromkeys(str(record["title"] or record["scenario"]) for record in records))
         known = _descriptions(results)
+        plots = plots_of(results, units)
         told = [_told(name, result) for name, result in results.items()]
         lines, remarks = commands(records)
         return {
@@ -119,7 +120,9 @@ def gather(folders: Sequence[Path], units: str) -> dict[str, Any]:
             "headings": headings(),
             "energies": list(dict.fromkeys(text for each in told for text in each["energy"])),
             "switches": _switches(results),
-            "plots": plots_of(results, units),
+            "plots": plots,
+            "drawn": None if plots is None else plots.to_json(),
+            "strokes": [] if plots is None else strokes(len(plots.runs)),
             "systems": _systems(results),
             "files": _files(results),
             "parameters": _parameters(results, known, units),

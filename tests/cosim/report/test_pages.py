@@ -147,7 +147,7 @@ def test_what_cannot_be_reported_is_a_sentence(run_of_two: Path, league: Path, t
     empty = tmp_path / "empty"
     empty.mkdir()
     target = tmp_path / "report.html"
-    with pytest.raises(InputError, match="empty holds no finished run and no league"):
+    with pytest.raises(InputError, match="empty holds no finished run, league or sweep"):
         write_report([empty], target)
     with pytest.raises(InputError, match=r"holds a run and .* a league; expected folders of one kind"):
         write_report([run_of_two, league], target)

@@ -8,16 +8,23 @@ from typing import Any
 
 from cosim.errors import InputError
 from cosim.league import table, told
-from cosim.report import runs
+from cosim.report import maps, runs
 from cosim.report.page import write_page
 from cosim.run.report import MANIFEST
 from cosim.sweeps import told as sweep_pages
 from cosim.sweeps.told import MARK
 from cosim.system.field_units import shown_in
 
+
+def _sweeps(folders: Sequence[Path], units: str) -> dict[str, Any]:
+    """Return what the page of some sweeps shows."""
+    content = sweep_pages.gather(folders, units)
+    return {**content, "drawn": maps.drawn(content["maps"])}
+
+
 _KINDS: dict[str, tuple[str, str, Callable[[Sequence[Path], str], dict[str, Any]]]] = {
     "run": (MANIFEST, "run.html", runs.gather),
-    "sweep": (MARK, "sweep.html", sweep_pages.gather),
+    "sweep": (MARK, "sweep.html", _sweeps),
     "league": (table.ABOUT, "league.html", told.gather),
 }
 """By kind of folder: the file that makes it one, the template of its page, and what gathers what that shows."""

@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from cosim.errors import InputError, printable, require
+from cosim.errors import InputError, printable
 from cosim.files import why
-from cosim.report.lines import packed
-from cosim.report.plots import number, renumbered
 from cosim.sweeps.reading import open_sweep
 from cosim.system.field_units import shown_in
 
@@ -34,8 +32,7 @@ def gather(folders: Sequence[Path], units: str) -> dict[str, Any]:
     told = [_sweep(folder, units) for folder in dict.fromkeys(folders)]
     titles = list(dict.fromkeys(each["title"] for each in told))
     maps = [each.pop("map") for each in told]
-    drawn = {"maps": maps, "document": _document(maps)}
-    return {"title": titles[0] if len(titles) == 1 else "Sweeps compared", "sweeps": told, "drawn": drawn}
+    return {"title": titles[0] if len(titles) == 1 else "Sweeps compared", "sweeps": told, "maps": maps}
 
 
 def _sweep(folder: Path, units: str) -> dict[str, Any]:
@@ -69,7 +66,7 @@ def _told(folder: Path, found: Any, units: str) -> dict[str, Any]:
         "folder": folder.name,
         "map": {
             "axes": [_shown(found[axis], axis, [axis], units) for axis in axes],
-            "measures": [{**each, "values": packed(each["values"])} for each in measures],
+            "measures": measures,
         },
         "axes": [_axis(found[axis], axis, units) for axis in axes],
         "measures": [_summary(each) for each in measures],
@@ -100,7 +97,12 @@ def _axis(variable: Any, name: str, units: str) -> tuple[str, str, str, str, int
     """Return name, unit, first and last value of an axis, and how many there are."""
     shown = _shown(variable, name, [name], units)
     values: list[float] = shown["values"]
-    return shown["name"], shown["unit"], number(values[0]), number(values[-1]), len(values)
+    return shown["name"], shown["unit"], _number(values[0]), _number(values[-1]), len(values)
+
+
+def _number(value: float) -> str:
+    """Write a number for people."""
+    return f"{value:.6g}"
 
 
 def _summary(measure: Mapping[str, Any]) -> tuple[str, str, str, str, str, str]:
@@ -110,35 +112,4 @@ def _summary(measure: Mapping[str, Any]) -> tuple[str, str, str, str, str, str]:
     if not values.size:
         return name, label, unit, "-", "-", "-"
     least, greatest, median = float(values.min()), float(values.max()), float(np.median(values))
-    return name, label, unit, number(least), number(greatest), number(median)
-
-
-def _document(maps: Sequence[Mapping[str, Any]]) -> Any:
-    """Return the maps, without data, as Bokeh's script reads them."""
-    models = require("bokeh.models", extra="report", purpose="a report")
-    plotting = require("bokeh.plotting", extra="report", purpose="a report")
-    encoder = require("bokeh.core.json_encoder", extra="report", purpose="a report")
-    palette = require("bokeh.palettes", extra="report", purpose="a report").Viridis256
-    made = require("bokeh.document", extra="report", purpose="a report").Document(title="report")
-    for place in range(len(maps)):
-        drawn = plotting.figure(
-            name=f"map-{place}", height=420, sizing_mode="stretch_width", tools="pan,box_zoom,reset,save,tap",
-            active_drag=None, background_fill_color=None, border_fill_color=None, outline_line_color=None,
-        )  # fmt: skip
-        drawn.toolbar.logo = None
-        drawn.grid.visible = False
-        mapper = models.LinearColorMapper(
-            palette=palette, low=0.0, high=1.0, nan_color="#9a9a9a", name=f"colours-{place}"
-        )
-        cell = {"left": [0.0], "right": [1.0], "bottom": [0.0], "top": [1.0]}
-        cells = models.ColumnDataSource({**cell, "value": [0.0]}, name=f"cells-{place}")
-        quads = drawn.quad(
-            "left", "right", "top", "bottom", source=cells, fill_color={"field": "value", "transform": mapper},
-            line_color=None,
-        )  # fmt: skip
-        quads.nonselection_glyph = None
-        cursor = models.ColumnDataSource(cell, name=f"cursor-{place}")
-        drawn.quad("left", "right", "top", "bottom", source=cursor, fill_color=None, line_color="#ff4d00", line_width=3)
-        drawn.add_layout(models.ColorBar(color_mapper=mapper, background_fill_color=None, name=f"bar-{place}"), "right")
-        made.add_root(drawn)
-    return json.loads(renumbered(encoder.serialize_json(made.to_json(deferred=False))))
+    return name, label, unit, _number(least), _number(greatest), _number(median)

@@ -1,4 +1,4 @@
-"""A run of two variants and 10,001 rows, and a league of two laws, each in its folder."""
+"""A run of two variants and 10,001 rows, a sweep of six points, and a league of two laws, each in its folder."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 from cosim import RunOptions, load_scenario
+from cosim.cli.app import app
 from cosim.run.job import Job, run_job
 from cosim.run.report import write_content
 from tests.cosim.run.jobs import nothing, sketch
@@ -54,6 +56,15 @@ def run_of_two(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.setattr("cosim.drilling.reporting.draw", sketch)
         run_job(Job(load_scenario(scenario), RunOptions(), (), None), folder / "run", nothing)
     return folder / "run"
+
+
+@pytest.fixture(scope="session")
+def sweep_of_six(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    store = tmp_path_factory.mktemp("sweep") / "map.zarr"
+    grids = ("--grid", "plant.Omega=5,15", "--grid", "plant.WOB=2e4:1e5:3")
+    done = CliRunner().invoke(app, ["sweep", "stick-slip", *grids, "--workers", "1", "--output", str(store)])
+    assert done.exit_code == 0, done.output
+    return store
 
 
 @pytest.fixture

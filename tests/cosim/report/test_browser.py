@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from cosim import open_sweep
 from cosim.cli.reports import write_report
 from tests.cosim.report.conftest import changed
 
@@ -74,6 +75,15 @@ class Watched:
         self.page.context.close()
 
 
+def until(page: Page, expression: str) -> None:
+    """Wait for something in a page; what waits within the page itself is kept out by its content security policy."""
+    for _ in range(100):
+        if page.evaluate(expression):
+            return
+        page.wait_for_timeout(50)
+    raise AssertionError(expression)
+
+
 def test_plots_zoom_together_and_show_any_signal(browser: Browser, report: Path) -> None:
     watched = Watched(browser, report)
     page = watched.page
@@ -91,8 +101,8 @@ def test_plots_zoom_together_and_show_any_signal(browser: Browser, report: Path)
     page.mouse.down()
     page.mouse.move(box["x"] + box["width"] * 0.6, box["y"] + 90, steps=5)
     page.mouse.up()
-    page.wait_for_function(f"{SPAN}.every((range) => range.start > 25 && range.end < 75)")
-    assert float(page.locator("#begin").input_value()) > 25
+    until(page, f"{SPAN}.every((range) => range.start > 25 && range.end < 75)")
+    until(page, "document.getElementById('begin').valueAsNumber > 25")  # with the next frame
     page.get_by_label("Signal of plot 3").select_option(label="plant.WOB [kN]")
     assert page.locator("#caption-2").inner_text().startswith("plant.WOB [kN] over time")
     page.get_by_text("Numbers of plot 3").click()
@@ -117,6 +127,29 @@ def test_a_report_is_light_and_dark_wide_and_narrow(width: int, browser: Browser
         assert (ink == "#e6eaee") == (scheme == "dark")
         watched.done()
     assert len(set(grounds)) == 2
+
+
+def test_the_cursor_of_a_map_shows_the_numbers_of_its_point(
+    browser: Browser, sweep_of_six: Path, tmp_path: Path
+) -> None:
+    watched = Watched(browser, write_report([sweep_of_six], tmp_path / "map.html"))
+    page = watched.page
+    stored = open_sweep(sweep_of_six)["bit_speed_max"].values
+    shown = page.locator("#values-0 tr", has_text="bit_speed_max").locator("td")
+    assert float(shown.inner_text()) == pytest.approx(stored[0, 0], abs=1e-3)
+    page.get_by_label("plant.Omega [rad/s]").select_option(label="15")
+    page.get_by_label("plant.WOB [kN]").select_option(label="100")
+    assert float(shown.inner_text()) == pytest.approx(stored[1, 2], abs=1e-3)
+    assert "15 rad/s, plant.WOB 100 kN" in page.locator("#point-0").inner_text()
+    page.get_by_label("shows").select_option(label="stuck_fraction: stuck fraction")
+    panel = page.locator("#map-0")
+    panel.scroll_into_view_if_needed()
+    box = panel.bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + box["width"] * 0.25, box["y"] + box["height"] * 0.75)
+    until(page, "document.getElementById('x-0').value === '0'")
+    assert float(shown.inner_text()) == pytest.approx(stored[0, 0], abs=1e-3)
+    watched.done()
 
 
 def test_the_first_paint_comes_within_a_second(browser: Browser, report: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import shlex
@@ -14,7 +15,7 @@ import pytest
 from lxml import html
 from typer.testing import CliRunner
 
-from cosim import open_variants
+from cosim import open_sweep, open_variants
 from cosim.cli.app import app
 from cosim.cli.reports import write_report
 from cosim.errors import InputError, MissingPackageError, OutputError
@@ -143,6 +144,29 @@ def test_a_league_is_told_whole(league: Path, tmp_path: Path) -> None:
     assert not tree.xpath("//script")
 
 
+def test_a_sweep_is_told_whole(sweep_of_six: Path, tmp_path: Path) -> None:
+    page = write_report([sweep_of_six], tmp_path / "map.html", units="field")
+    tree = read(page)
+    assert "Map over plant.Omega, 2 values from 47.7465 to 143.239 rpm and plant.WOB, 3 values" in tree.text_content()
+    (told,) = json.loads(tree.xpath("//script[@id='data']")[0].text)["maps"]
+    stored = open_sweep(sweep_of_six)
+    assert told["axes"][1]["values"] == pytest.approx([4.49618, 13.48854, 22.4809], rel=1e-6)
+    speeds = next(each for each in told["measures"] if each["name"] == "bit_speed_max")
+    least, part, text = speeds["values"]
+    shown = least + part * np.frombuffer(base64.b64decode(text), dtype="<u2")
+    # row by row of the weights; of 65,534 parts of the range
+    assert shown == pytest.approx(stored["bit_speed_max"].values.T.ravel() * 30.0 / np.pi, abs=part)
+    assert write_report([sweep_of_six], tmp_path / "again.html", units="field").read_bytes() == page.read_bytes()
+
+
+def test_a_sweep_over_another_number_of_dimensions_is_refused(tmp_path: Path) -> None:
+    arguments = ["sweep", "stick-slip", "--grid", "plant.Omega=5,15", "--workers", "1", "--stop-time", "30"]
+    done = CliRunner().invoke(app, [*arguments, "--output", str(tmp_path / "line.zarr")])
+    assert done.exit_code == 0, done.output
+    with pytest.raises(InputError, match=r"varies over plant\.Omega; expected a sweep over two dimensions"):
+        write_report([tmp_path / "line.zarr"], tmp_path / "report.html")
+
+
 def test_what_cannot_be_reported_is_a_sentence(run_of_two: Path, league: Path, tmp_path: Path) -> None:
     empty = tmp_path / "empty"
     empty.mkdir()
@@ -214,7 +238,7 @@ def test_a_line_is_packed_to_a_part_in_65_000_of_its_range() -> None:
     found = line(times, values, 9999)
     assert found is not None
     least, part, text = found.to_json()["y"]
-    parts = np.frombuffer(__import__("base64").b64decode(text), dtype="<u2")
+    parts = np.frombuffer(base64.b64decode(text), dtype="<u2")
     assert parts[100] == 65535
     there = np.arange(5001) != 100
     assert np.abs(least + parts * part - values)[there].max() <= 2.0 / 65000

@@ -40,7 +40,8 @@ def _sweep(folder: Path, units: str) -> dict[str, Any]:
     found = open_sweep(folder)
     try:
         return _told(folder, found, units)
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, OSError, RuntimeError) as error:
+        # the last two are those of chunks that cannot be read or unpacked
         what = f"{error} is missing" if isinstance(error, KeyError) else why(error)
         raise InputError(f"{folder} holds a sweep that is damaged: {what}") from error
 

@@ -6,6 +6,7 @@ import base64
 import json
 import re
 import shlex
+import shutil
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -157,6 +158,15 @@ def test_a_sweep_is_told_whole(sweep_of_six: Path, tmp_path: Path) -> None:
     # row by row of the weights; of 65,534 parts of the range
     assert shown == pytest.approx(stored["bit_speed_max"].values.T.ravel() * 30.0 / np.pi, abs=part)
     assert write_report([sweep_of_six], tmp_path / "again.html", units="field").read_bytes() == page.read_bytes()
+
+
+def test_a_damaged_store_is_a_sentence(sweep_of_six: Path, tmp_path: Path) -> None:
+    store = tmp_path / "map.zarr"
+    shutil.copytree(sweep_of_six, store)
+    chunk = next(path for path in sorted((store / "ssi").iterdir()) if not path.name.startswith("."))
+    chunk.write_bytes(b"damage")
+    with pytest.raises(InputError, match=r"map\.zarr holds a sweep that is damaged"):
+        write_report([store], tmp_path / "report.html")
 
 
 def test_a_sweep_over_another_number_of_dimensions_is_refused(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -77,12 +78,35 @@ def _told(folder: Path, found: Any, units: str) -> dict[str, Any]:
         "messages": [printable(each) for each in dict.fromkeys(messages)][:20],
         "record": record,
         "about": {name: str(found.attrs[name]) for name in ("variant", "packaging", "commit", "sha256")},
+        "command": _command(found, axes, record),
         "versions": dict(json.loads(found.attrs["versions"])),
         "components": [
             (name, str(each["model"]), str(each["sha256"]), {k: str(v) for k, v in each["parameters"].items()})
             for name, each in record["components"].items()
         ],
     }
+
+
+def _command(found: Any, axes: Sequence[str], record: Mapping[str, Any]) -> str:
+    """Return the command that makes a sweep again, but for values that differ from the scenario's own."""
+    words = ["cosim", "sweep", str(record["scenario"])]
+    for axis in axes:
+        values = np.asarray(found[axis].values, dtype=np.float64)
+        even: list[float] = np.linspace(float(values[0]), float(values[-1]), values.size).tolist()
+        listed = ",".join(map(repr, values.tolist()))
+        spread = f"{float(values[0])!r}:{float(values[-1])!r}:{values.size}"
+        words += ["--grid", f"{axis}={spread if values.size > 1 and even == values.tolist() else listed}"]
+    options: dict[str, Any] = {
+        "packaging": found.attrs["packaging"],
+        "variant": found.attrs["variant"],
+        "branch": record["branch"],
+        "along": record["along"],
+    }
+    options |= {"algorithm": record["method"]["algorithm"], "step-size": record["step_size"]}
+    options |= {"stop-time": record["start_time"] + record["duration"]}
+    for name, value in options.items():
+        words += [f"--{name}", str(value)] if value != "" else []
+    return shlex.join(words)
 
 
 def _shown(variable: Any, name: str, axes: Sequence[str], units: str) -> dict[str, Any]:

@@ -151,6 +151,11 @@ def test_a_sweep_is_told_whole(sweep_of_six: Path, tmp_path: Path) -> None:
     assert "Map over plant.Omega, 2 values from 47.7465 to 143.239 rpm and plant.WOB, 3 values" in tree.text_content()
     (told,) = json.loads(tree.xpath("//script[@id='data']")[0].text)["maps"]
     stored = open_sweep(sweep_of_six)
+    program, *arguments = shlex.split(tree.xpath("//pre/code")[0].text)
+    assert program == "cosim"
+    done = CliRunner().invoke(app, [*arguments, "--workers", "1", "--output", str(tmp_path / "again.zarr")])
+    assert done.exit_code == 0, done.output
+    assert open_sweep(tmp_path / "again.zarr").attrs["sha256"] == stored.attrs["sha256"]
     assert told["axes"][1]["values"] == pytest.approx([4.49618, 13.48854, 22.4809], rel=1e-6)
     speeds = next(each for each in told["measures"] if each["name"] == "bit_speed_max")
     least, part, text = speeds["values"]

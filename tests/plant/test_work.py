@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from fmu_src.build.python_packaging import slave_module
+from fmu_src.fmus import MODELS
 from fmu_src.python.slave import TableSlave
 from tests.plant.drive import DAMPED, PLANT, PLANTS, Drive
 from tests.plant.fmi import DISCARD, ERROR, OK, Instance
@@ -37,7 +39,7 @@ SPENT = (
 
 def slave_of(model: str, values: dict[str, Any]) -> TableSlave:
     """Return a slave of the python packaging in this process, initialised at 0 s."""
-    slave = getattr(import_module(f"fmu_src.fmus.{model}.slave"), model)(instance_name="fmu")
+    slave = getattr(import_module(slave_module(MODELS[model])), model)(instance_name="fmu")
     for name, value in values.items():
         variable = next(variable for variable in slave.model.variables if variable.name == name)
         getattr(slave, f"set_{variable.kind.lower()}")([slave.model.value_reference(name)], [value])

@@ -1,0 +1,40 @@
+"""The core of the console: the native FMU's bits, and nothing asked of its surroundings."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.web.programs import PROGRAMS, as_json, bits, native
+
+pytestmark = [pytest.mark.slow]
+HERE = Path(__file__).parent
+
+
+@pytest.fixture(scope="module")
+def in_node(node: str, console: Path) -> bytes:
+    command = [node, HERE / "replay.mjs", console]
+    return subprocess.run(command, input=as_json().encode(), capture_output=True, check=True).stdout
+
+
+def test_every_output_has_the_bits_of_the_native_fmu_at_every_step(in_node: bytes) -> None:
+    place = 0
+    for name, program in PROGRAMS.items():
+        expected = native(program)
+        size = expected.size * 8
+        found = np.frombuffer(in_node[place : place + size], "<f8").reshape(expected.shape)
+        assert expected[:, 0].std() > 1.0, "nothing happens in it"
+        different = np.flatnonzero((found.view("<i8") != expected.view("<i8")).any(axis=1))
+        assert found.tobytes() == bits(expected), f"{name} differs from step {different[:1]} on"
+        place += size
+    assert place == len(in_node)
+
+
+def test_it_imports_nothing(node: str, console: Path) -> None:
+    code = "const core = require('fs').readFileSync(process.argv[1]);"
+    code += "console.log(WebAssembly.Module.imports(new WebAssembly.Module(core)).length)"
+    run = subprocess.run([node, "-e", code, console / "core.wasm"], capture_output=True, text=True, check=True)
+    assert run.stdout == "0\n"

@@ -44,6 +44,8 @@ class Page {
   #mapRun = 0;
   #waiting = true;
   #fresh = false;
+  /** ms since the page began to load, when its first picture of the run was drawn */
+  pictured = Infinity;
   #paused = false;
   #target = 0;
   #torque: Float64Array = new Float64Array(2);
@@ -196,6 +198,7 @@ class Page {
     if (this.#fresh) {
       this.#fresh = false;
       this.#picture();
+      this.pictured = Math.min(this.pictured, performance.now());
     }
     if (now >= this.#nextNumbers) {
       this.#nextNumbers = now + 100;

@@ -119,8 +119,10 @@ export class SeverityMap {
     for (const square of this.#squares) {
       const what = kind(square);
       const severity = Math.min(1, 0.45 + 0.22 * square.rest);
-      const [x, y] = [LEFT + square.column * column, TOP + height - (square.row + square.size) * row];
-      const [w, h] = [square.size * column + 0.5, square.size * row + 0.5];
+      // edges on whole pixels: else the squares show seams
+      const [x, right] = [square.column, square.column + square.size].map((at) => Math.round(LEFT + at * column)) as [number, number];
+      const [bottom, y] = [square.row, square.row + square.size].map((at) => Math.round(TOP + height - at * row)) as [number, number];
+      const [w, h] = [right - x, bottom - y];
       context.fillStyle = panel;
       context.fillRect(x, y, w, h);
       context.globalAlpha = what === "sticks" ? severity : 1;

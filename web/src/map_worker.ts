@@ -7,7 +7,7 @@ import { severity } from "./severity";
 
 const COARSEST = 8; // cells of the finest grid along a square of the coarsest
 
-let core: Core | null = null;
+let core: Promise<Core> | null = null;
 let wanted = 0;
 
 function between([low, high]: readonly [number, number], part: number): number {
@@ -63,9 +63,9 @@ async function map(loaded: Core, settings: Settings, run: number): Promise<void>
 onmessage = async (event: MessageEvent<MapOrder>): Promise<void> => {
   const order = event.data;
   if (order.kind === "load") {
-    core = await Core.load(order.bytes, order.tables);
-  } else if (core && order.kind === "map") {
+    core = Core.load(order.bytes, order.tables);
+  } else if (core) {
     wanted = order.run;
-    await map(core, order.settings, order.run);
+    await map(await core, order.settings, order.run);
   }
 };

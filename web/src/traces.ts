@@ -29,7 +29,7 @@ const TRACES: readonly Trace[] = [
       { name: "top_torque", label: "at the top", colour: "--accent" },
     ],
   },
-  { id: "trace-energy", unit: "J", title: "Energy in string and bit", lines: [{ name: "energy", label: "energy", colour: "--good" }] },
+  { id: "trace-energy", unit: "J", title: "Energy", lines: [{ name: "energy", label: "in string and bit", colour: "--good" }] },
 ];
 const MOST_POINTS = 1500;
 

@@ -35,9 +35,12 @@ const policy = [
   "style-src 'unsafe-inline'",
   "img-src data: blob:",
 ].join("; ");
+const notices = [readFileSync(join(folder, "licenses.txt"), "utf8"),
+  `uPlot\n\n${readFileSync(join(here, "node_modules/uplot/LICENSE"), "utf8")}`].join("\n\n");
 const page = readFileSync(join(here, "index.html"), "utf8")
   .replace("<!-- policy -->", () => `<meta http-equiv="Content-Security-Policy" content="${policy}">`)
   .replace("<!-- made from -->", () => `<meta name="made-from" content="${madeFrom}">`)
+  .replace("<!-- licenses -->", () => `<!--\n${notices.replaceAll("--", "- -")}\n-->`)
   .replace("<!-- style -->", () => `<style>${style}</style>`)
   .replace("<!-- script -->", () => `<script>${script}</script>`);
 writeFileSync(join(folder, "console.html"), page);

@@ -10,6 +10,7 @@ import subprocess
 from pathlib import Path
 
 from .. import project
+from ..build.licenses import zig_text
 from ..errors import BuildError
 from .core import compile_core, core_tables
 
@@ -31,6 +32,7 @@ def build_page(folder: Path = BUILT) -> Path:
     """
     folder.mkdir(parents=True, exist_ok=True)
     _write_core(folder)
+    (folder / "licenses.txt").write_text(_licenses(), encoding="utf-8")
     if not _installed():
         _run("npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund")
     _run("npm", "run", "--silent", "check")
@@ -60,6 +62,17 @@ def _write_core(folder: Path) -> None:
     (folder / "tables.json").write_text(json.dumps(core_tables()), encoding="utf-8")
 
 
+def _licenses() -> str:
+    """Return whose work is in the core, and their licences; uPlot's is added where the page is put together."""
+    parts = {
+        "The driller's console": project.license_text(),
+        "Run-time functions of the Zig compiler in the core": zig_text("LICENSE"),
+        "Functions of wasi-libc in the core": zig_text("lib/libc/wasi/LICENSE-MIT"),
+        "Functions of musl in the core": zig_text("lib/libc/musl/COPYRIGHT"),
+    }
+    return "\n\n".join(f"{title}\n\n{text.strip()}" for title, text in parts.items())
+
+
 def _installed() -> bool:
     """Return whether the packages are there that the lock names: a copy of it is left with them."""
     return _INSTALLED.is_file() and _INSTALLED.read_bytes() == _LOCK.read_bytes()
@@ -68,7 +81,7 @@ def _installed() -> bool:
 def _run(program: str, *arguments: str) -> None:
     path = shutil.which(program)
     if path is None:
-        raise BuildError(f"{program} is missing, which builds the console; install Node.js 20 or later with npm")
+        raise BuildError(f"{program} is missing, which builds the console; install Node.js 18 or later with npm")
     run = subprocess.run(
         [path, *arguments], cwd=_WEB, capture_output=True, text=True, encoding="utf-8", errors="replace", check=False
     )

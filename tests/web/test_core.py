@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fmu_src.console import page
 from tests.web.programs import PROGRAMS, as_json, bits, native
 
 pytestmark = [pytest.mark.slow]
@@ -38,3 +41,18 @@ def test_it_imports_nothing(node: str, console: Path) -> None:
     code += "console.log(WebAssembly.Module.imports(new WebAssembly.Module(core)).length)"
     run = subprocess.run([node, "-e", code, console / "core.wasm"], capture_output=True, text=True, check=True)
     assert run.stdout == "0\n"
+
+
+def test_a_wheel_takes_the_page_if_it_is_made_from_these_sources(
+    console: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "BUILT", tmp_path / "nothing built")
+    assert not page.take_page(tmp_path / "none")
+    built = tmp_path / "built"
+    shutil.copytree(console, built)
+    monkeypatch.setattr(page, "BUILT", built)
+    assert page.take_page(tmp_path / "whole")
+    assert (tmp_path / "whole" / page.PAGE).read_bytes() == (console / page.PAGE).read_bytes()
+    text = (built / page.PAGE).read_text(encoding="utf-8")
+    (built / page.PAGE).write_text(re.sub('made-from" content="..', 'made-from" content="00', text), encoding="utf-8")
+    assert not page.take_page(tmp_path / "old")

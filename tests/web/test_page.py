@@ -92,6 +92,11 @@ def test_settings_come_from_the_address_and_go_there(report: dict[str, Any]) -> 
     assert "omega=10.47" in report["address"]
 
 
+def test_what_the_core_refuses_is_told_in_its_words(report: dict[str, Any]) -> None:
+    assert report["trouble"].startswith("The core refuses: ")
+    assert "mu_sb" in report["trouble"]
+
+
 def test_the_run_is_saved_with_names_and_start(report: dict[str, Any]) -> None:
     names, first = (line.split(",") for line in report["csv"])
     assert names[:4] == ["time", "Omega", "WOB", "bit_speed"]

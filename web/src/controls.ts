@@ -1,6 +1,6 @@
 /** The knobs: a slider and a number each, in the units that are chosen. */
 
-import { unit, type Settings } from "./settings";
+import { unit, type Limits, type Settings } from "./settings";
 import type { DrillString } from "./theory";
 
 type Place = "omega" | "weight" | "omegaRamp" | "weightRamp" | "speed" | keyof DrillString;
@@ -50,12 +50,12 @@ interface Built {
 
 export class Controls {
   readonly #built: Built[] = [];
-  readonly #read: () => Settings;
-  readonly #change: (settings: Settings) => void;
 
-  constructor(read: () => Settings, change: (settings: Settings) => void) {
-    this.#read = read;
-    this.#change = change;
+  constructor(
+    readonly bounds: Limits,
+    readonly read: () => Settings,
+    readonly change: (settings: Settings) => void,
+  ) {
     DRIVE.forEach((knob) => this.#add(knob, "drive"));
     STRING.forEach((knob) => this.#add(knob, "string"));
   }
@@ -92,15 +92,15 @@ export class Controls {
     slider.step = String(logarithmic ? 0.05 : knob.step);
     slider.addEventListener("input", () => {
       const moved = logarithmic ? 10 ** Number(slider.value) : Number(slider.value);
-      this.#change(withValue(this.#read(), knob.name, Number(moved.toPrecision(12))));
+      this.change(withValue(this.read(), knob.name, Number(moved.toPrecision(12))));
     });
     number.addEventListener("change", () => {
-      const { factor } = unit(this.#read().units, knob.unit);
+      const { factor } = unit(this.read().units, knob.unit);
       const typed = number.value.trim() === "" ? NaN : Number(number.value) / factor;
-      const [least, most] = [knob.name.startsWith("mu") || knob.low < 5 ? knob.low : 1, knob.name.startsWith("mu") ? 1 : 5 * knob.high];
-      const kept = knob.name === "speed" ? Math.min(most / 5, typed) : Math.min(most, typed);
+      const [least, most] = this.bounds[knob.name];
+      const kept = Math.min(most, Math.max(least, typed));
       number.blur();
-      this.#change(Number.isFinite(typed) ? withValue(this.#read(), knob.name, Math.max(least, kept)) : this.#read());
+      this.change(Number.isFinite(typed) ? withValue(this.read(), knob.name, kept) : this.read());
     });
     document.getElementById(place)?.append(box);
     this.#built.push({ knob, slider, number, symbol });

@@ -6,7 +6,7 @@ import { History, motion, type Motion } from "./history";
 import { SeverityMap } from "./map";
 import type { Answer, MapAnswer, MapOrder, Order } from "./orders";
 import type { Program } from "./replay";
-import { changed, defaults, fromAddress, LAWS, PRESETS, toAddress, unit, type From, type Settings } from "./settings";
+import { changed, defaults, fromAddress, LAWS, limits, PRESETS, toAddress, unit, type From, type Settings } from "./settings";
 import { Traces } from "./traces";
 
 const VERDICTS: Record<Motion["state"], string> = {
@@ -33,6 +33,7 @@ function coreBytes(): ArrayBuffer {
 
 class Page {
   readonly #standard = defaults(TABLES);
+  readonly #limits = limits(TABLES);
   readonly #history = new History();
   readonly #traces = new Traces();
   readonly #map = new SeverityMap(element<HTMLCanvasElement>("map"));
@@ -61,8 +62,8 @@ class Page {
   #replayed: ((rows: Float64Array) => void) | null = null;
 
   constructor() {
-    this.#settings = fromAddress(location.hash, this.#standard, TABLES);
-    this.#controls = new Controls(() => this.#settings, (settings) => this.change(settings));
+    this.#settings = fromAddress(location.hash, this.#standard, this.#limits);
+    this.#controls = new Controls(this.#limits, () => this.#settings, (settings) => this.change(settings));
     this.#runner.onmessage = (event: MessageEvent<Answer>) => this.#take(event.data);
     this.#mapper.onmessage = (event: MessageEvent<MapAnswer>) => this.#takeSquares(event.data);
     const load = { kind: "load", bytes: coreBytes(), tables: TABLES } as const;
@@ -172,6 +173,7 @@ class Page {
       this.#map.take(answer.squares);
       this.#mapChanged = true;
       element("progress").textContent =
+        answer.failed !== undefined ? `There is no map: ${answer.failed}` :
         answer.part < 1 ? `Computing the map: ${Math.round(100 * answer.part)} %` : "The map is complete.";
     }
   }
@@ -309,7 +311,7 @@ class Page {
       this.#traces.resize();
       [this.#fresh, this.#mapChanged] = [true, true];
     });
-    window.addEventListener("hashchange", () => this.take(fromAddress(location.hash, this.#standard, TABLES)));
+    window.addEventListener("hashchange", () => this.take(fromAddress(location.hash, this.#standard, this.#limits)));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.#traces.build(this.#settings.units);
       [this.#fresh, this.#mapChanged] = [true, true];

@@ -66,6 +66,11 @@ onmessage = async (event: MessageEvent<MapOrder>): Promise<void> => {
     core = Core.load(order.bytes, order.tables);
   } else if (core) {
     wanted = order.run;
-    await map(await core, order.settings, order.run);
+    try {
+      await map(await core, order.settings, order.run);
+    } catch (error) {
+      const failed = error instanceof Error ? error.message : String(error);
+      postMessage({ run: order.run, squares: [], part: 0, failed } satisfies MapAnswer);
+    }
   }
 };

@@ -47,5 +47,7 @@ export interface MapAnswer {
   readonly run: number;
   readonly squares: readonly Square[];
   readonly part: number;
+  /** why there is no map */
+  readonly failed?: string;
 }
 

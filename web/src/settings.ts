@@ -116,22 +116,36 @@ export function toAddress(settings: Settings, standard: Settings): string {
   return words.toString();
 }
 
+export type Limits = Readonly<Record<(typeof NUMBERS)[number] | keyof DrillString, readonly [number, number]>>;
+
+/** Least and greatest value of every number, in SI: for the string those of its interface table. */
+export function limits(tables: Tables): Limits {
+  const table = tables["DrillstringNeutral"] ?? {};
+  const string = STRING_NAMES.map((name) => {
+    const [, , low = 0, high = Infinity] = table[name] ?? [];
+    return [name, [low, high]];
+  });
+  return {
+    ...(Object.fromEntries(string) as Record<keyof DrillString, readonly [number, number]>),
+    omega: [0, 1e3], weight: [0, 1e7], omegaRamp: [0, 1e4], weightRamp: [0, 1e8], speed: [0.1, 100],
+  };
+}
+
 /** Read settings from an address; what is missing or cannot be is as in the defaults. */
-export function fromAddress(address: string, standard: Settings, tables: Tables): Settings {
+export function fromAddress(address: string, standard: Settings, bounds: Limits): Settings {
   const words = new URLSearchParams(address.replace(/^#/, ""));
   const settings = changed(standard, {});
-  const number = (name: string, low: number, high: number): number | null => {
+  const number = (name: keyof Limits): number | null => {
+    const [low, high] = bounds[name];
     const text = words.get(name);
     const value = text === null || text.trim() === "" ? NaN : Number(text);
     return value >= low && value <= high ? value : null;
   };
-  const most = { omega: 1e3, weight: 1e7, omegaRamp: 1e4, weightRamp: 1e8, speed: 100 };
   for (const name of NUMBERS) {
-    settings[name] = number(name, name === "speed" ? 0.1 : 0, most[name]) ?? standard[name];
+    settings[name] = number(name) ?? standard[name];
   }
   for (const name of STRING_NAMES) {
-    const [, , low = 0, high = Infinity] = tables["DrillstringNeutral"]?.[name] ?? [];
-    settings.string[name] = number(name, low, high) ?? standard.string[name];
+    settings.string[name] = number(name) ?? standard.string[name];
   }
   const [law, from, units] = [words.get("law"), words.get("from"), words.get("units")];
   settings.law = law !== null && Object.hasOwn(LAWS, law) ? (law as Law) : standard.law;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import subprocess
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from fmu_src.console import page
+from models.parameters import DrillstringParameters
 from tests.web.programs import PROGRAMS, as_json, bits, native
 
 pytestmark = [pytest.mark.slow]
@@ -41,6 +43,20 @@ def test_it_imports_nothing(node: str, console: Path) -> None:
     code += "console.log(WebAssembly.Module.imports(new WebAssembly.Module(core)).length)"
     run = subprocess.run([node, "-e", code, console / "core.wasm"], capture_output=True, text=True, check=True)
     assert run.stdout == "0\n"
+
+
+def test_the_torque_drawn_along_the_string_meets_its_ends_and_has_a_front(node: str, console: Path) -> None:
+    travel_time = DrillstringParameters().travel_time
+    command = [node, HERE / "waves.mjs", console, "0.2", "0.6", "1.0"]
+    found = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    for each in found:  # the bit is held: what the rock bears is what the string brings
+        assert each["stuck"] == 1.0
+        assert each["torque"][0] == pytest.approx(each["top"], rel=1e-9)
+        assert each["torque"][-1] == pytest.approx(each["bit"], rel=1e-9, abs=1e-9)
+    first = np.array(found[0]["torque"])
+    depth = np.linspace(0.0, 1.0, first.size)
+    assert first[depth < 0.2 / travel_time - 0.03] == pytest.approx(first[0])
+    assert first[depth > 0.2 / travel_time + 0.03] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_wheel_takes_the_page_if_it_is_made_from_these_sources(

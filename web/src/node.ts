@@ -3,5 +3,7 @@
 export { Core } from "./core";
 export { replay } from "./replay";
 export { changed, defaults, fromAddress, toAddress } from "./settings";
+export { Rig } from "./rig";
 export { severity } from "./severity";
 export { criticalSlope, threshold } from "./theory";
+export { Waves } from "./waves";

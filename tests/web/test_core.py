@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 import shutil
@@ -13,6 +14,8 @@ import pytest
 
 from fmu_src.console import page
 from models.parameters import DrillstringParameters
+from models.theory import critical_omega
+from tests.theory.strings import STRINGS
 from tests.web.programs import PROGRAMS, as_json, bits, native
 
 pytestmark = [pytest.mark.slow]
@@ -57,6 +60,24 @@ def test_the_torque_drawn_along_the_string_meets_its_ends_and_has_a_front(node: 
     depth = np.linspace(0.0, 1.0, first.size)
     assert first[depth < 0.2 / travel_time - 0.03] == pytest.approx(first[0])
     assert first[depth > 0.2 / travel_time + 0.03] == pytest.approx(0.0, abs=1e-9)
+
+
+def _critical(string: DrillstringParameters, weight: float) -> float | None:
+    try:
+        return critical_omega(string, weight)
+    except ValueError:  # stable down to rest
+        return None
+
+
+def test_its_threshold_is_that_of_the_theory_for_other_strings_too(node: str, console: Path) -> None:
+    cases = [(string, weight) for string in STRINGS.values() for weight in (3000.0, 31649.0, 97347.0, 200000.0)]
+    expected = [_critical(*case) for case in cases]
+    assert None in expected
+    command = [node, HERE / "thresholds.mjs", console]
+    text = json.dumps([(dataclasses.asdict(string), weight) for string, weight in cases])
+    found = json.loads(subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout)
+    assert [each is None for each in found] == [each is None for each in expected]
+    assert [each for each in found if each] == pytest.approx([each for each in expected if each], rel=1e-9)
 
 
 def test_a_wheel_takes_the_page_if_it_is_made_from_these_sources(

@@ -3,6 +3,7 @@
 #   make quick  format, lint, types, and the tests that take a moment and need no other platform's libraries
 #   make test   format, lint, types, and every test
 #   make verify hold the product against laws, and the paper's claims against the product: a report
+#   make endurance  let each law drill for a day: a table (LAW=, HOURS=, SEED=)
 #   make console  the driller's console, a page for the browser; needs Node.js and npm: build/console/console.html
 #   make fuzz   make up calls to the C code of an FMU until one goes wrong (MODEL=, DURATION=)
 PYTHON ?= python3
@@ -16,8 +17,8 @@ endif
 # What Python has compiled is kept, whatever the shell says: the tests start thousands of processes that import the same.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify coverage sanitize fuzz bench console wheel \
-    check-release pins hunt clean
+.PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify endurance coverage sanitize fuzz bench \
+    console wheel check-release pins hunt clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
@@ -77,6 +78,12 @@ unit: all-fmus
 verify: setup fmus
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.verify $(ARGUMENTS)
 
+# Ten minutes of it are among the tests. LAW= may name several; without, all drill.
+HOURS ?= 24
+endurance: setup fmus
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.endurance $(LAW) --hours $(HOURS) \
+	    --seed $(if $(filter command environment,$(firstword $(origin SEED))),$(SEED),1)
+
 # The C code: docs/hardening.md tells what these three need beside Python.
 coverage: setup
 	$(BIN)/python -m tests.native.coverage
@@ -123,11 +130,11 @@ PIN     := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --gen
     --no-annotate --no-header --no-emit-index-url --custom-compile-command "make pins" pyproject.toml
 pins: setup
 	cp requirements/test.txt requirements/all.txt
-	$(PIN) $(UPGRADE) --extra build --extra theory --extra stream --extra data --extra container --extra test --extra docs --extra bench \
+	$(PIN) $(UPGRADE) --extra build --extra theory --extra stream --extra data --extra dask --extra container --extra test --extra docs --extra bench \
 	    -o requirements/all.txt
 	$(PIN) -c requirements/all.txt --extra build -o requirements/run.txt
-	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra data --extra container --extra test \
-	    -o requirements/test.txt
+	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra data --extra dask --extra container \
+	    --extra test -o requirements/test.txt
 	$(PIN) -c requirements/all.txt --extra bench -o requirements/bench.txt
 	$(PIN) -c requirements/all.txt --extra docs --extra theory -o requirements/docs.txt
 	rm requirements/all.txt

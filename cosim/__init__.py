@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from cosim.run.trajectory import open_trajectory
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
+    from cosim.sweeps.reading import open_sweep
+    from cosim.sweeps.sweep import sweep
     from cosim.system.method import Method
     from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp
     from cosim.system.structure import Component, Connection, PowerBond, System
@@ -53,6 +55,7 @@ __all__ = [
     "co_simulate",
     "load_scenario",
     "open_run",
+    "open_sweep",
     "open_trajectory",
     "open_variants",
     "plot",
@@ -61,6 +64,7 @@ __all__ = [
     "scenario_names",
     "simulate",
     "stream",
+    "sweep",
 ]
 
 # What type checkers see above is imported when it is first asked for (PEP 562), so that `import cosim` costs nothing.
@@ -88,6 +92,7 @@ _HOMES = {
     "co_simulate": "cosim.master.co_simulation",
     "load_scenario": "cosim.scenario.file",
     "open_run": "cosim.run.opened",
+    "open_sweep": "cosim.sweeps.reading",
     "open_trajectory": "cosim.run.trajectory",
     "open_variants": "cosim.run.opened",
     "plot": "cosim.recording.figure",
@@ -96,6 +101,7 @@ _HOMES = {
     "scenario_names": "cosim.scenario.file",
     "simulate": "cosim.run.simulation",
     "stream": "cosim.run.stream",
+    "sweep": "cosim.sweeps.sweep",
 }
 
 

@@ -220,6 +220,22 @@ class RunInterruptedError(KeyboardInterrupt):
         super().__init__(f"interrupted {at}; {what} is in {folder}")
 
 
+class SweepInterruptedError(KeyboardInterrupt):
+    """A sweep that was interrupted; what is done is kept.
+
+    Attributes
+    ----------
+    path : Path
+        The store.
+    done, points : int
+        How many points are done, and how many there are.
+    """
+
+    def __init__(self, path: Path, done: int, points: int) -> None:
+        self.path, self.done, self.points = path, done, points
+        super().__init__(f"interrupted after {done} of {points} points, which are in {path}")
+
+
 class TuningInterruptedError(KeyboardInterrupt):
     """A tuning that was interrupted.
 

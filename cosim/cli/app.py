@@ -13,6 +13,28 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from cosim.cli.arguments import (
+    AlgorithmOption,
+    CheckpointOption,
+    EveryOption,
+    MemoryLimitOption,
+    OnFailureOption,
+    PackagingOption,
+    ParametersOption,
+    ScenarioArgument,
+    SetOption,
+    StepSizeOption,
+    StopTimeOption,
+    StreamOption,
+    TimeLimitOption,
+    ToleranceOption,
+    WorkersOption,
+    read_override,
+    read_overrides,
+    read_streaming,
+    seconds,
+)
+from cosim.cli.sweeping import draw_map, sweep
 from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
 from cosim.errors import InputError
 from cosim.fmi2.isolation import Limits
@@ -20,45 +42,6 @@ from cosim.fmi2.locate import PACKAGINGS, promised_fmus
 
 if TYPE_CHECKING:
     from cosim.drilling.reporting import Looks
-    from cosim.run.options import Streaming
-    from cosim.scenario.scenario import Scenario
-    from cosim.system.signals import Value
-
-ScenarioArgument = Annotated[
-    str, typer.Argument(help="A name from `cosim list`, or a .toml or .ssp file.", metavar="SCENARIO")
-]
-PackagingOption = Annotated[str, typer.Option(help="Which build of the FMUs: native or python.")]
-AlgorithmOption = Annotated[str | None, typer.Option(help="Master algorithm: jacobi, gauss-seidel or implicit.")]
-StepSizeOption = Annotated[
-    float | None, typer.Option(help="Communication step size in s; with a tolerance, the greatest.")
-]
-ToleranceOption = Annotated[
-    float | None, typer.Option(help="Error allowed in a step, relative to values; the step size varies.")
-]
-OnFailureOption = Annotated[
-    str | None,
-    typer.Option(help="Where a loop has no solution: fail, halve the step, or go on with an explicit one."),
-]
-SetOption = Annotated[
-    list[str] | None, typer.Option("--set", help="Parameter or input, component.variable=value; repeatable.")
-]
-ParametersOption = Annotated[
-    list[Path] | None,
-    typer.Option(help="Values for the component that is the FMU of this file, as of `cosim tune`; repeatable."),
-]
-TimeLimitOption = Annotated[float, typer.Option(min=0.1, help="Seconds that each call into an isolated FMU may take.")]
-MemoryLimitOption = Annotated[float, typer.Option(min=1.0, help="MB that an isolated FMU may hold.")]
-WorkersOption = Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor.")]
-StreamOption = Annotated[
-    bool, typer.Option("--stream", help="Write rows to disk as they come (Zarr), to be resumed if interrupted.")
-]
-EveryOption = Annotated[
-    list[str] | None,
-    typer.Option(help="With --stream: store every Nth row; name=N or pattern=N for some columns; repeatable."),
-]
-CheckpointOption = Annotated[
-    float | None, typer.Option(min=0.0, help="With --stream: seconds between checkpoints, by default 30.")
-]
 
 
 app = typer.Typer(
@@ -72,9 +55,9 @@ app = typer.Typer(
 def _show_version(wanted: bool) -> None:
     """Write the version and leave."""
     if wanted:
-        from cosim import __version__
+        from importlib.metadata import version
 
-        new_console().print(f"cosim {__version__}")
+        new_console().print(f"cosim {version('drillstring-cosim')}")
         raise typer.Exit
 
 
@@ -124,7 +107,7 @@ def run(
     step_size: StepSizeOption = None,
     tolerance: ToleranceOption = None,
     on_failure: OnFailureOption = None,
-    stop_time: Annotated[float | None, typer.Option(help="End of the run in s.")] = None,
+    stop_time: StopTimeOption = None,
     set_: SetOption = None,
     parameters: ParametersOption = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
@@ -148,13 +131,13 @@ def run(
             algorithm=algorithm,
             step_size=step_size,
             stop_time=stop_time,
-            overrides=_overrides(loaded, packaging, parameters, set_),
+            overrides=read_overrides(loaded, packaging, parameters, set_),
             tolerance=tolerance,
             on_failure=on_failure,
             isolate=isolate,
             limits=Limits(time_limit, 1e6 * memory_limit),
         )
-        streaming = _streaming(stream, every, csv, checkpoint)
+        streaming = read_streaming(stream, every, csv, checkpoint)
         job = Job(loaded, options, tuple(dict.fromkeys(variant or ())), streaming, scenario)
         folder = output or Path("runs", loaded.name)
         prepare_step_loop(job)
@@ -182,10 +165,12 @@ def plot(
     folders: Annotated[list[Path], typer.Argument(help="Of finished runs.", metavar="FOLDER...")],
     signal: Annotated[list[str] | None, typer.Option(help="What to show, component.variable; repeatable.")] = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
-    begin: Annotated[float, typer.Option("--from", help="Time to begin at in s.")] = -math.inf,
-    end: Annotated[float, typer.Option("--to", help="Time to end at in s.")] = math.inf,
+    begin: Annotated[
+        float | None, typer.Option("--from", help="When to begin.", parser=seconds, metavar="TIME")
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", help="When to end.", parser=seconds, metavar="TIME")] = None,
     overlay: Annotated[bool, typer.Option("--overlay", help="Draw runs over each other, not beside.")] = False,
-    units: Annotated[str, typer.Option(help="si, or field: rpm, klbf, kft.lbf.")] = "si",
+    units: Annotated[str, typer.Option(help="si, metric: rpm, kN, or field: rpm, klbf, kft.lbf.")] = "si",
     format_: Annotated[str | None, typer.Option("--format", help="png, svg or pdf, by default as the file.")] = None,
     output: Annotated[Path | None, typer.Option(help="File for the figure, by default plot.png.")] = None,
 ) -> None:
@@ -193,7 +178,8 @@ def plot(
     from cosim.cli.figure import draw_runs
 
     with sentences():
-        looks: Looks = {"begin": begin, "end": end, "overlay": overlay, "units": units}
+        times = (-math.inf if begin is None else begin, math.inf if end is None else end)
+        looks: Looks = {"begin": times[0], "end": times[1], "overlay": overlay, "units": units}
         target = draw_runs(folders, signal or (), variant or (), looks, format_, output)
         new_console().print(Text(f"wrote {target}"), soft_wrap=True)
 
@@ -222,7 +208,7 @@ def export(
                 raise InputError(f"{path}: expected a name that ends in {suffix}")
         if not targets:
             raise InputError("nothing to write; expected FILE.ssp or --container FILE.fmu")
-        overrides = dict(_override(text) for text in set_ or ())
+        overrides = dict(read_override(text) for text in set_ or ())
         for path, _, write in targets:
             write(loaded, path, packaging=packaging, variant=variant, overrides=overrides)
             new_console().print(Text(f"wrote {path}"), soft_wrap=True)
@@ -302,6 +288,10 @@ def league(
         with progress_bar() as bar:
             standings = play(chosen, workers, bar.one_task("playing"))
         print_standings(standings, table.write(standings, output))
+
+
+app.command()(sweep)
+app.command("map")(draw_map)
 
 
 @app.command()
@@ -410,46 +400,3 @@ def main() -> None:
         app()
     except OSError as error:
         sys.exit(f"error: the output cannot be written: {error.strerror or error}")
-
-
-def _streaming(stream: bool, every: list[str] | None, csv: bool, checkpoint: float | None) -> Streaming | None:
-    """Read how to stream, if at all."""
-    from cosim.run.options import INTERVAL, Streaming
-
-    asked = {"--every": every, "--csv": csv, "--checkpoint": checkpoint is not None}
-    if not stream:
-        for name, given in asked.items():
-            if given:
-                raise InputError(f"{name} is for streamed runs; expected --stream as well")
-        return None
-    return Streaming(dict(_stride(text) for text in every or ()), csv, INTERVAL if checkpoint is None else checkpoint)
-
-
-def _stride(text: str) -> tuple[str, int]:
-    """Read ``N``, for all columns, or ``pattern=N``."""
-    pattern, _, number = text.rpartition("=")
-    if not number.strip().isdigit():
-        raise InputError(f"--every {text}: expected a number of rows, or the form pattern=number")
-    return pattern.strip() or "*", int(number)
-
-
-def _overrides(
-    scenario: Scenario, packaging: str, parameters: list[Path] | None, set_: list[str] | None
-) -> dict[str, Value]:
-    """Read values from parameter files, and those given one by one on top of them."""
-    from cosim.scenario.parameters import load_parameters
-
-    given: dict[str, Value] = {}
-    for path in parameters or ():
-        given |= load_parameters(path).overrides(scenario, packaging)
-    return given | dict(_override(text) for text in set_ or ())
-
-
-def _override(text: str) -> tuple[str, Value]:
-    """Take ``component.variable=value`` apart; the value is read by the type of the variable."""
-    from cosim.system.compatibility import Written
-
-    name, equals, value = text.partition("=")
-    if not equals or not value:
-        raise InputError(f"--set {text}: expected the form component.variable=value")
-    return name.strip(), Written(value.strip())

@@ -22,7 +22,14 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from cosim.errors import CosimError, RunInterruptedError, TuningInterruptedError, format_time, printable
+from cosim.errors import (
+    CosimError,
+    RunInterruptedError,
+    SweepInterruptedError,
+    TuningInterruptedError,
+    format_time,
+    printable,
+)
 
 if TYPE_CHECKING:
     from cosim.run.job import Job
@@ -74,6 +81,9 @@ def sentences() -> Generator[None]:
     except RunInterruptedError as interrupted:
         how = f"go on with: cosim resume {interrupted.folder}" if interrupted.can_resume else "it cannot be resumed"
         errors.print(Text(one_line(f"{interrupted}; {how}")))
+        raise typer.Exit(_INTERRUPTED) from None
+    except SweepInterruptedError as interrupted:
+        errors.print(Text(one_line(f"{interrupted}; the same command goes on with it")))
         raise typer.Exit(_INTERRUPTED) from None
     except TuningInterruptedError as interrupted:
         errors.print(Text(one_line(str(interrupted))))

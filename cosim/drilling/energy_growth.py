@@ -9,7 +9,7 @@ the string was not the law's value: one that a guard or a limit made, or an old 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -253,24 +253,26 @@ def _solvable(result: Result, plant: str, law: str, string: DrillstringParameter
 
 def _string(result: Result, plant: str) -> DrillstringParameters:
     """Read the string a run was made with."""
-    given = _parameters(result, plant)
-    return DrillstringParameters(**{name: given[name] for name in ("G", "J", "I", "L", "I_B", "c_a", "c_b")})
+    return DrillstringParameters(**_parameters(result, plant, ("G", "J", "I", "L", "I_B", "c_a", "c_b")))
 
 
 def _law(result: Result, law: str) -> DissipativeLaw:
     """Read the law a run was made with."""
-    given = _parameters(result, law)
-    return DissipativeLaw(form=given["form"], **{name: given[name] for name in ("c_1", "c_2", "c_a", "c_b")})
+    return DissipativeLaw(**_parameters(result, law, ("form", "c_1", "c_2", "c_a", "c_b")))
 
 
-def _parameters(result: Result, component: str) -> Mapping[str, Any]:
-    """Return the parameters that a component ran with."""
+def _parameters(result: Result, component: str, names: Sequence[str]) -> Mapping[str, Any]:
+    """Return parameters that a component ran with from beginning to end."""
     try:
-        return result.record["components"][component]["parameters"]
+        given = result.record["components"][component]["parameters"]
     except KeyError:
         raise InputError(
             f"the record of the run tells no parameters of '{component}'; expected a run by simulate"
         ) from None
+    for name in names:
+        if name not in given:
+            raise InputError(f"{component}.{name} is driven by a signal; expected a parameter that does not change")
+    return {name: given[name] for name in names}
 
 
 def _column(result: Result, name: str) -> FloatArray:

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from models.controllers.speed_pid import PidGains, stiff, tuned
     from models.controllers.virtual_drive import Gains, TopOfString, VirtualDrive, absorber, soft_torque
     from models.plant.parameters import DrillstringParameters
-    from models.theory.cycle.bistability import Bistability
+    from models.theory.cycle.bistability import Bistability, bistable_omegas
     from models.theory.cycle.continuation import BranchPoint, input_of
     from models.theory.cycle.cycle import peak_speed
     from models.theory.lawful_energy import TopMotion, lawful_angle, lawful_work
     from models.theory.loop_set import PrintedLoop
     from models.theory.numerics.arrays import BoolArray
-    from models.theory.stability.chart import StabilityChart
+    from models.theory.stability.chart import StabilityChart, stability_boundary
     from models.theory.stability.driven_top import Follower, RotorTop, VirtualTop, greatest_reflection, modal_damping
     from models.theory.stability.equilibrium import equilibria, running_equilibrium
     from models.theory.stability.torque_curve import TorqueCurve
@@ -44,6 +44,7 @@ _HOMES = {
     "VirtualDrive": "controllers.virtual_drive",
     "VirtualTop": "theory.stability.driven_top",
     "absorber": "controllers.virtual_drive",
+    "bistable_omegas": "theory.cycle.bistability",
     "equilibria": "theory.stability.equilibrium",
     "greatest_reflection": "theory.stability.driven_top",
     "input_of": "theory.cycle.continuation",
@@ -53,6 +54,7 @@ _HOMES = {
     "peak_speed": "theory.cycle.cycle",
     "running_equilibrium": "theory.stability.equilibrium",
     "soft_torque": "controllers.virtual_drive",
+    "stability_boundary": "theory.stability.chart",
     "stiff": "controllers.speed_pid",
     "tuned": "controllers.speed_pid",
 }
@@ -75,6 +77,7 @@ __all__ = [
     "VirtualDrive",
     "VirtualTop",
     "absorber",
+    "bistable_omegas",
     "equilibria",
     "greatest_reflection",
     "input_of",
@@ -84,6 +87,7 @@ __all__ = [
     "peak_speed",
     "running_equilibrium",
     "soft_torque",
+    "stability_boundary",
     "stiff",
     "tuned",
 ]

@@ -16,9 +16,15 @@ import numpy as np
 from cosim.drilling import energy, oscillation
 from cosim.drilling.energy import energy_balance, folding_sentence
 from cosim.drilling.oscillation import Measures, measure
+from cosim.drilling.severity import rotation_of, severity_of
 from cosim.recording import figure
 from cosim.recording.figure import MOST_PANELS, View
 from cosim.recording.result import Column, Result
+
+__all__ = [
+    "Findings", "Looks", "default_signals", "draw", "find", "headings", "rotation_of", "severity_of", "view_of",
+    "watched",
+]  # fmt: skip
 
 Found = TypeVar("Found")
 

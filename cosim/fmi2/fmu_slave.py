@@ -220,6 +220,22 @@ class FmuSlave:
         self._time = time
         self._journal.forget()
 
+    @property
+    def is_sound(self) -> bool:
+        """Tell whether no call has failed, so that the instance can serve once more."""
+        return self._worst <= WARNING
+
+    def reset(self) -> None:
+        """Be as after instantiation, for another run; what was kept of this one is dropped."""
+        if self._states is not None:
+            self._states.free()
+        self._must("Reset")
+        self._started = False
+        self._no_rollback = c_int(True)
+        self._times.clear()
+        self.not_kept = {}
+        self._journal.forget()
+
     def terminate(self) -> None:
         """Terminate the run."""
         self._started = False

@@ -130,7 +130,7 @@ def window_block(
     """Lay out a component for steps taken once: with derivatives of the signals that have any, if it can use them."""
     signals = {port.variable: signal for port, signal in system.inputs.items() if port.component == component}
     moving = [description.by_name[name] for name, signal in signals.items() if not signal.is_level]
-    references = [variable.reference for variable in moving if variable.type == "Real"]
+    references = [variable.reference for variable in moving if variable.type == "Real" and not variable.tunable]
     slopes = allocate_slopes(references, rows) if description.can_interpolate_inputs else None
     block = allocate_block(description, driven_inputs(system, component), start_values, rows)
     return replace(block, slopes=slopes)

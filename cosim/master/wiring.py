@@ -141,7 +141,7 @@ class Node:
 
 
 def driven_inputs(system: System, component: str) -> list[str]:
-    """Return the names of the inputs of a component that signals or connections drive."""
+    """Return the names of the inputs and parameters of a component that signals or connections drive."""
     targets = [*system.inputs, *(connection.target for connection in system.connections)]
     return [port.variable for port in targets if port.component == component]
 
@@ -257,7 +257,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Target:
-    """A driven input.
+    """A driven input, or tunable parameter.
 
     Attributes
     ----------
@@ -378,9 +378,10 @@ class Channel:
 
 @dataclass(frozen=True)
 class Drive:
-    """A signal and the input it drives.
+    """A signal and the input, or tunable parameter, that it drives.
 
-    Every row holds the value of a constant from the start on, so that nothing is to be done for it.
+    Every row holds the value of a constant from the start on, so that nothing is to be done for it. A parameter is held
+    over each step at what the signal is at its beginning.
 
     Attributes
     ----------
@@ -425,16 +426,21 @@ class Drive:
             self.target.slopes[row, self.target.slope_column] = self.signal.slopes(np.array([span.first]))[0]
 
     def lead(self, row: int, span: Span) -> None:
-        """Go from the value at the beginning of the step to that at its end; what is not Real is held."""
-        if self.target.variable.type == "Real":
+        """Go from the value at the beginning of the step to that at its end; what is no Real input is held."""
+        if self._moves:
             self.target.lead(row, self.first(span), self.last(span), span)
         else:
             self.target.hold(row, self.first(span))
 
     def settle(self, row: int, span: Span) -> None:
         """Note the value at the end of a step in which the input was not held."""
-        if self.target.variable.type == "Real":
+        if self._moves:
             self.target.settle(row, self.last(span))
+
+    @property
+    def _moves(self) -> bool:
+        """Tell whether it may change within a step."""
+        return self.target.variable.type == "Real" and not self.target.variable.tunable
 
     def first(self, span: Span) -> float:
         """Return the value at the beginning of a step, after a jump."""

@@ -48,7 +48,7 @@ class View:
     overlay : bool
         Draw the results over each other instead of beside each other.
     units : str
-        ``"si"`` or ``"field"``: see `cosim.system.field_units.shown_in`.
+        ``"si"``, ``"metric"`` or ``"field"``: see `cosim.system.field_units.shown_in`.
     names : mapping of str to str
         What variables are called, by the last part of their names.
 

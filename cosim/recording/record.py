@@ -154,14 +154,14 @@ def allocate_block(
     """Lay out the recording of one component, with the start values of its inputs.
 
     An input that nothing drives has its start value in every row; one that is driven, in row 0, until its source is
-    known.
+    known. Tunable parameters that are driven count among the inputs.
 
     Parameters
     ----------
     description : Description
         Of the component's FMU.
     driven : sequence of str
-        Names of the inputs that connections or signals drive.
+        Names of the inputs that connections or signals drive, and of the parameters that signals do.
     start_values : mapping of Variable to value
         What is set before initialisation.
     rows : int
@@ -172,7 +172,9 @@ def allocate_block(
     RunError
         If there is not enough memory.
     """
-    inputs = sorted(description.with_causality("input"), key=lambda variable: variable.name not in driven)
+    tuned = [variable for variable in description.variables if variable.tunable and variable.name in driven]
+    given = (*description.with_causality("input"), *tuned)
+    inputs = sorted(given, key=lambda variable: variable.name not in driven)
     outputs = description.with_causality("output")
     try:
         block = Block(

@@ -81,7 +81,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
     method = options.method(scenario)
     system, descriptions, paths = described(scenario, options)
     _tell_flaws(paths, descriptions)
-    isolated = _apart(paths, _isolated(system, options.isolate))
+    isolated = modules_apart(paths, _isolated(system, options.isolate))
     _refuse_twins(paths, {name: descriptions[name] for name in paths if name not in isolated})
     began = time.perf_counter()
     with ExitStack() as stack:
@@ -110,7 +110,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             "scenario": scenario.name,
             "variant": variant.name if variant else None,
             "packaging": options.packaging,
-            "components": _components(system, paths, descriptions),
+            "components": record_components(system, paths, descriptions),
             "isolated": sorted(isolated),
             "inputs": {name: signal.record() for name, signal in system.inputs.items()},
             "versions": versions(),
@@ -213,7 +213,7 @@ def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]
     return frozenset(asked)
 
 
-def _apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str]:
+def modules_apart(paths: Mapping[str, Path], isolated: frozenset[str]) -> frozenset[str]:
     """Isolate as well what would run Python modules of another FMU, or of this program, in the place of its own."""
     from cosim.fmi2.python_modules import brought_modules, differing_module, hold
 
@@ -281,17 +281,21 @@ def _refuse_twins(paths: Mapping[str, Path], descriptions: Mapping[str, Descript
         seen[description.guid] = name
 
 
-def _components(
+def record_components(
     system: System, paths: Mapping[str, Path], descriptions: Mapping[str, Description]
 ) -> dict[str, dict[str, Any]]:
-    """Say which file or function each component is, and every parameter it ran with, given or by default."""
+    """Say which file or function each component is, and every parameter it ran with, given or by default.
+
+    What a signal drives is told among the inputs.
+    """
     functions = functions_of(system)
     components: dict[str, dict[str, Any]] = {}
     for part in system.components:
         description = descriptions[part.name]
         file = paths.get(part.name)
         origin = functions[part.name].record() if file is None else _origin(file, description)
-        parameters = {variable.name: _start(variable) for variable in description.with_causality("parameter")}
+        fixed = [v for v in description.with_causality("parameter") if f"{part.name}.{v.name}" not in system.inputs]
+        parameters = {variable.name: _start(variable) for variable in fixed}
         components[part.name] = {
             **origin,
             "parameters": {**parameters, **part.parameters},

@@ -57,9 +57,10 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
         with refusals.noted():
             values[part.name] = start_values(part, descriptions[part.name])
         given = {variable.name for variable in values.get(part.name, ())}
-        for variable in descriptions[part.name].with_causality("input"):
-            with refusals.noted():
-                _check_input(Port(part.name, variable.name), variable, variable.name in given, driven)
+        for variable in descriptions[part.name].variables:
+            if variable.causality == "input" or variable.tunable:
+                with refusals.noted():
+                    _check_input(Port(part.name, variable.name), variable, variable.name in given, driven)
     refusals.raise_all(SystemDefinitionError)
     return values
 
@@ -69,7 +70,7 @@ def _variable(port: Port, descriptions: Mapping[str, Description]) -> Variable:
     wanted, description = port.variable, descriptions[port.component]
     if wanted in description.by_name:
         return description.by_name[wanted]
-    known = [variable.name for variable in description.variables if variable.causality in ("input", "output")]
+    known = [v.name for v in description.variables if v.causality in ("input", "output") or v.tunable]
     hint = suggestion(wanted, known)
     raise SystemDefinitionError(f"{port.component}: {description.model_name} has no variable '{wanted}'{hint}")
 
@@ -123,13 +124,14 @@ def _check_units(label: str, source: Variable, target: Variable, told: set[tuple
 
 
 def _check_signal(target: Port, signal: Signal, variable: Variable) -> None:
-    """Refuse a signal for what is no input, or of another type."""
-    if variable.causality != "input":
-        raise SystemDefinitionError(f"{target} has causality {variable.causality}; a signal drives an input only")
+    """Refuse a signal for what is neither an input nor a tunable parameter, or of another type."""
+    if variable.causality != "input" and not variable.tunable:
+        kind = f"is {_kind(variable)}" if variable.causality == "parameter" else f"has causality {variable.causality}"
+        raise SystemDefinitionError(f"{target} {kind}; a signal drives an input or a tunable parameter only")
     for level in signal.levels or ():
         convert(target, variable, level)
     if signal.levels is None and variable.type != "Real":
-        raise SystemDefinitionError(f"{target} is {variable.type}; ramps and tables drive Real inputs only")
+        raise SystemDefinitionError(f"{target} is {variable.type}; ramps and tables drive Real variables only")
 
 
 def with_numbers(system: System, descriptions: Mapping[str, Description]) -> System:
@@ -153,7 +155,7 @@ def read_written(system: System, descriptions: Mapping[str, Description]) -> Sys
 
     def read(component: str, variable: str, value: Value) -> Value:
         known = descriptions[component].by_name.get(variable)
-        return _read(value, known) if isinstance(value, Written) else value
+        return read_value(value, known) if isinstance(value, Written) else value
 
     components = tuple(
         replace(part, parameters={name: read(part.name, name, value) for name, value in part.parameters.items()})
@@ -165,7 +167,7 @@ def read_written(system: System, descriptions: Mapping[str, Description]) -> Sys
     return replace(system, components=components, inputs=inputs)
 
 
-def _read(text: str, variable: Variable | None) -> Value:
+def read_value(text: str, variable: Variable | None) -> Value:
     """Read a text as a value of a variable's type; if it is none, as a string, without quotes around it."""
     plain = text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'" else str(text)
     kind = variable.type if variable is not None else "String"
@@ -180,10 +182,10 @@ def _read(text: str, variable: Variable | None) -> Value:
 
 
 def _check_input(name: Port, variable: Variable, given: bool, driven: Mapping[Port, str]) -> None:
-    """Refuse an input that has no value, or has one given beside its source."""
+    """Refuse an input that has no value; and one, or a parameter, that has a value given beside its source."""
     if name in driven and given:
         raise SystemDefinitionError(f"{name} is driven by {driven[name]}; its value cannot be set as well")
-    if name not in driven and not given and variable.start is None:
+    if variable.causality == "input" and name not in driven and not given and variable.start is None:
         raise SystemDefinitionError(
             f"{name} is not connected and has no start value; expected a connection or a signal"
         )
@@ -289,6 +291,8 @@ def _refuse_out_of_range(label: str, variable: Variable, value: float) -> None:
 def _kind(variable: Variable) -> str:
     """Say what a variable is, for a message."""
     kind = "constant" if variable.variability == "constant" else variable.causality
+    if kind == "parameter":
+        return f"a {variable.variability} parameter"
     return f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
 
 

@@ -85,14 +85,15 @@ def feedthrough_reach(system: System, descriptions: Mapping[str, Description]) -
     -------
     dict of Port to frozenset of Port
         By driven input, the connected inputs that depend on it directly, through any number of
-        components.
+        components. On a tunable parameter all outputs of its component may depend: descriptions do not tell.
     """
     edges = {name: set(targets) for name, targets in _variable_edges(system, descriptions, initially=False).items()}
     sources = {connection.source for connection in system.connections}
     for port in system.inputs:
         description = descriptions[port.component]
-        outputs = (source for source in sources if source.component == port.component)
-        edges[port] = {output for output in outputs if port.variable in description.fed_through(output.variable)}
+        outputs = {source for source in sources if source.component == port.component}
+        tuned = description.by_name[port.variable].tunable
+        edges[port] = {each for each in outputs if tuned or port.variable in description.fed_through(each.variable)}
     frozen = {name: frozenset(targets) for name, targets in edges.items()}
     inputs = {connection.target for connection in system.connections}
     return {name: _reachable(name, frozen) & inputs for name in (*inputs, *system.inputs)}

@@ -87,6 +87,11 @@ class Variable:
             return False
         return self.causality in ("parameter", "input") or self.initial in ("exact", "approx")
 
+    @property
+    def tunable(self) -> bool:
+        """Tell whether it is a parameter that may be set between steps too."""
+        return self.causality == "parameter" and self.variability == "tunable"
+
 
 @dataclass(frozen=True)
 class Description:

@@ -124,11 +124,12 @@ def in_unit(text: str, unit: str, what: str) -> float:
     return _in_unit(found[0], found[1], Unit(unit, *_KNOWN[unit]), what, f"'{text}'")
 
 
-UNITS = ("si", "field")
+UNITS = ("si", "metric", "field")
 """The ways to show values."""
 # Large values are shown in thousands.
 _SHOWN: Mapping[str, Mapping[str, str]] = {
     "si": {"N.m": "kN.m", "N": "kN", "J": "kJ", "W": "kW"},
+    "metric": {"rad/s": "rpm", "rad": "rev", "N.m": "kN.m", "N": "kN", "J": "kJ", "W": "kW", "m/s": "m/h"},
     "field": {
         "rad/s": "rpm", "rad": "rev", "N": "klbf", "N.m": "kft.lbf", "J": "kJ", "W": "hp", "m": "ft", "m/s": "ft/h",
     },
@@ -143,7 +144,8 @@ def shown_in(unit: str, units: str) -> tuple[str, float]:
     unit : str
         As a variable declares it; what is not known is shown as it is.
     units : str
-        ``"si"``: thousands of N, N.m, J and W; or ``"field"``: rpm, klbf, kft.lbf and the like.
+        ``"si"``: thousands of N, N.m, J and W; ``"metric"``: the same with rpm; or ``"field"``: rpm, klbf, kft.lbf
+        and the like.
 
     Raises
     ------
@@ -166,7 +168,7 @@ def in_declared_units(system: System, descriptions: Mapping[str, Description]) -
     """
     components = tuple(_with_numbers(part, descriptions[part.name]) for part in system.components)
     inputs = {
-        port: _in_declared_unit(port, signal, descriptions[port.component].by_name.get(port.variable))
+        port: _signal_in_declared_unit(port, signal, descriptions[port.component].by_name.get(port.variable))
         for port, signal in system.inputs.items()
     }
     return replace(system, components=components, inputs=inputs)
@@ -175,24 +177,24 @@ def in_declared_units(system: System, descriptions: Mapping[str, Description]) -
 def _with_numbers(component: Component, description: Description) -> Component:
     """Return a component whose parameters are numbers where they were numbers with units."""
     read = {
-        name: _number(Port(component.name, name), description.by_name.get(name), value)
+        name: in_declared_unit(Port(component.name, name), description.by_name.get(name), value)
         for name, value in component.parameters.items()
     }
     return component if read == component.parameters else replace(component, parameters=read)
 
 
-def _in_declared_unit(port: Port, signal: Signal, variable: Variable | None) -> Signal:
+def _signal_in_declared_unit(port: Port, signal: Signal, variable: Variable | None) -> Signal:
     """Return a signal in the unit that its input declares."""
     if variable is None or variable.type != "Real":
         return signal
     if isinstance(signal, Table | Ramp):
         return _converted(port, signal, variable) if signal.unit else signal
     if any(isinstance(level, str) for level in signal.levels or ()):
-        return signal.with_levels(partial(_number, port, variable))
+        return signal.with_levels(partial(in_declared_unit, port, variable))
     return signal
 
 
-def _number(port: Port, variable: Variable | None, value: Value) -> Value:
+def in_declared_unit(port: str, variable: Variable | None, value: Value) -> Value:
     """Return a number with a unit in the unit that its variable declares; anything else as it is."""
     found = quantity(value) if isinstance(value, str) and variable is not None and variable.type == "Real" else None
     if found is None or variable is None:

@@ -1,4 +1,4 @@
-"""Drive the inputs of a system over time by signals: constants, steps, ramps, tables.
+"""Drive inputs and tunable parameters of a system over time by signals: constants, steps, ramps, tables.
 
 A signal is a function of time that is smooth between its breakpoints. At a jump it has two values; `values` gives the
 one after it and `left_values` the one before. The master evaluates signals at communication points only, and makes

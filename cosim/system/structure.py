@@ -197,7 +197,7 @@ _NO_INPUTS: Mapping[str, Signal | float] = MappingProxyType({})
 
 @dataclass(frozen=True, init=False)
 class System:
-    """Components, the connections between them, and the signals that drive the inputs left over.
+    """Components, the connections between them, and the signals that drive the inputs left over, and parameters.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ class System:
     connections : tuple of Connection
         Each input is driven at most once.
     inputs : mapping of str to Signal or number
-        Signals, or constants, by the address ``component.variable`` of the input they drive.
+        Signals, or constants, by the address ``component.variable`` of the input, or tunable parameter, they drive.
     guards : tuple of str, optional
         Boolean outputs that say that a value is a guard's or a limit's; by default those whose names end in
         ``_active``.

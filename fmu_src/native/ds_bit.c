@@ -3,9 +3,12 @@
 #include <math.h>
 
 #include "ds_collocation.h"
+#include "ds_work.h"
 
 #define SHORTEST_SLIP 1e-9 /* a release that would stop again within this part of a piece is none */
 #define MOST_HALVINGS 30   /* more are not made */
+#define PIECE 0.5          /* 1, work of a piece beside its collocation, in blocks */
+#define HALVING 0.15       /* 1, work of halving a piece, however often */
 #define LOOSEST 10.0       /* times the truncation asked for, to which it rises where strong breaks are folded: beyond,
                             * the energy that the bit gains would no longer be what the waves bring */
 
@@ -35,6 +38,21 @@ void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed)
     bit->stuck = 0.0;
     bit->last_stop = clock->start;
     bit->last_release = clock->start;
+    bit->earning = 0.0;
+    bit->credit = 0.0;
+}
+
+void ds_bit_endow(ds_bit *bit, double earning)
+{
+    bit->earning = earning;
+    bit->credit = DS_SAVED * earning;
+}
+
+void ds_bit_earn(ds_bit *bit, double work)
+{
+    const double credit = bit->credit + work;
+    const double most = DS_SAVED * bit->earning;
+    bit->credit = most < credit ? most : credit;
 }
 
 /* integrate the bit equation over the piece as it is */
@@ -49,6 +67,7 @@ static void collocate(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit,
     bit->power = slip.power;
     bit->roughness = slip.roughness;
     bit->whole = 1;
+    bit->credit = bit->credit - slip.work;
 }
 
 /* end the piece at x, which is at `fraction` of the block */
@@ -61,13 +80,36 @@ static void shorten(ds_bit *bit, double x, double fraction)
     bit->whole = 0;
 }
 
+/* halve the piece, again while its begin shows that it is too rough, at most so often; how often it was */
+static int halve(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, int most)
+{
+    const double derivative =
+        -ds_friction_at(&law->friction, bit->weight, bit->direction * bit->speed).slope - law->damping;
+    double end = bit->end;
+    double x = 1.0;
+    int count = 0;
+    while (count < most) {
+        end = bit->begin + 0.5 * (end - bit->begin);
+        x = 0.5 * x;
+        ++count;
+        const double duration = (end - bit->begin) * clock->block;
+        if (!(fabs(duration / law->inertia * derivative) / DS_GREATEST_STIFFNESS > 1.0)) {
+            break;
+        }
+    }
+    shorten(bit, x, end);
+    bit->credit = bit->credit - HALVING;
+    return count;
+}
+
 /* integrate the bit equation over the piece, or up to the place where the bit comes to rest */
 static void slip(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
 {
+    int halvings = 0;
     collocate(law, clock, bit, 0);
-    for (int i = 0; i < MOST_HALVINGS && !(bit->roughness <= 1.0); ++i) {
-        shorten(bit, 0.5, bit->begin + 0.5 * (bit->end - bit->begin));
-        collocate(law, clock, bit, i + 1 == MOST_HALVINGS);
+    while (halvings < MOST_HALVINGS && !(bit->roughness <= 1.0)) {
+        halvings += halve(law, clock, bit, MOST_HALVINGS - halvings);
+        collocate(law, clock, bit, halvings == MOST_HALVINGS);
     }
     const ds_quartic t = bit->turning;
     const ds_quartic back = {-t.c0, -t.c1, -t.c2, -t.c3, -t.c4};
@@ -180,6 +222,7 @@ void ds_bit_finish(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit)
         bit->direction = 0;
         bit->halted = 1;
     }
+    ds_bit_earn(bit, bit->earning * duration - PIECE);
     bit->begin = bit->end;
     if (bit->end >= 1.0) {
         bit->block += 1;

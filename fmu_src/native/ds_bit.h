@@ -35,9 +35,15 @@ typedef struct {
     double stuck;         /* s, time stuck up to `begin` */
     double last_stop;     /* s */
     double last_release;  /* s */
+    double earning;       /* 1/s, work that following it may take in a second, in blocks; constant */
+    double credit;        /* 1, work that it may still take; negative once it is spent */
 } ds_bit;
 
 DS_SHARED void ds_bit_start(ds_bit *bit, const ds_clock *clock, double speed);
+/* let the bit earn so much a second, and begin with what it can save of it */
+DS_SHARED void ds_bit_endow(ds_bit *bit, double earning);
+/* add to the credit, as far as it can be saved */
+DS_SHARED void ds_bit_earn(ds_bit *bit, double work);
 DS_SHARED void ds_bit_open(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *down,
                            const ds_piece *down_ring);
 DS_SHARED void ds_bit_close(const ds_bit_law *law, const ds_clock *clock, ds_bit *bit, ds_line *up, ds_piece *up_ring);

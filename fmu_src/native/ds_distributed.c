@@ -1,8 +1,10 @@
 #include "ds_distributed.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "ds_station.h"
+#include "ds_work.h"
 
 #define MOST_STRENGTH 0.125 /* a wave loses about this share of itself while it crosses a block, at most */
 
@@ -47,6 +49,8 @@ void ds_distributed_build(ds_distributed *model, const ds_parameters *parameters
     ds_neutral_build(&model->string, parameters, cells, start);
     ds_neutral_divide(&model->string, ds_distributed_blocks(parameters, beta, model->string.cells, stations));
     model->beta = beta;
+    model->string.earning = ds_work_earning(
+        beta, parameters->L * sqrt(parameters->I / (parameters->G * parameters->J)), model->string.blocks);
     model->exchange = ds_exchange_of(exchange_rate(parameters, beta) * model->string.clock.block);
     model->parts = stations + 1;
 }
@@ -245,8 +249,9 @@ void ds_distributed_start(const ds_distributed *model, ds_distributed_state *sta
     open_damped_bit(model, state);
 }
 
-/* finish the pieces of the bit up to the end of the block, the range from x of the first on counting */
-static void finish_bit(const ds_distributed *model, ds_distributed_state *state, double x)
+/* finish the pieces of the bit up to the end of the block, the range from x of the first on counting; 0 if its credit
+ * is spent */
+static int finish_bit(const ds_distributed *model, ds_distributed_state *state, double x)
 {
     ds_neutral_state *const s = ds_distributed_string(state);
     const int64_t block = s->bit.block;
@@ -254,13 +259,18 @@ static void finish_bit(const ds_distributed *model, ds_distributed_state *state,
     close_damped_bit(model, state);
     while (s->bit.block == block) {
         open_damped_bit(model, state);
+        if (s->bit.credit < 0.0) {
+            return 0;
+        }
         ds_neutral_widen(s, 0.0, 1.0);
         close_damped_bit(model, state);
     }
+    return 1;
 }
 
-/* go to the end of the block, and let the waves cross; the range of the bit from x of its piece on counts */
-static void finish_block(const ds_distributed *model, ds_distributed_state *state, double x)
+/* go to the end of the block, and let the waves cross; the range of the bit from x of its piece on counts; 0 if its
+ * credit is spent */
+static int finish_block(const ds_distributed *model, ds_distributed_state *state, double x)
 {
     ds_neutral_state *const s = ds_distributed_string(state);
     const ds_neutral *const m = &model->string;
@@ -270,17 +280,23 @@ static void finish_block(const ds_distributed *model, ds_distributed_state *stat
         open_damped_top(model, state);
         close_damped_top(model, state);
     }
-    finish_bit(model, state, x);
+    if (!finish_bit(model, state, x)) {
+        return 0;
+    }
     for (int i = 0; i + 1 < model->parts; ++i) {
         ds_station_state *const station = &state->station[i];
         station->angle = station->angle + m->clock.block * read_station(model, state, i, 1.0).turned;
     }
     if (model->beta > 0.0) {
+        const ds_neutral_state *const before = ds_neutral_kept(s);
+        ds_line_keep_all(&s->up, s->ring, &before->up);
+        ds_line_keep_all(&s->down, ds_neutral_down_ring(s), &before->down);
         state->last_loss = m->impedance * m->clock.block *
                            ds_exchange_all(&s->up, s->ring, &s->down, ds_neutral_down_ring(s), &model->exchange);
         state->string_loss = state->string_loss + state->last_loss;
     }
     move_stations(model, state);
+    return 1;
 }
 
 /* if the present is at the end of the block, finish it; say so, as then both ends have to be opened */
@@ -290,8 +306,7 @@ static int turn_at_present(const ds_distributed *model, ds_distributed_state *st
     if (1.0 - s->present.fraction > DS_SNAP || s->top.block != s->present.block) {
         return 0;
     }
-    finish_block(model, state, 1.0);
-    return 1;
+    return finish_block(model, state, 1.0);
 }
 
 void ds_distributed_set_inputs(const ds_distributed *model, ds_distributed_state *state, double omega, double weight,
@@ -304,12 +319,16 @@ void ds_distributed_set_inputs(const ds_distributed *model, ds_distributed_state
         return;
     }
     const int turned = turn_at_present(model, state);
+    if (s->bit.credit < 0.0) {
+        return;
+    }
     if (drive) {
         const ds_ramp ramp = {s->present, omega, omega_slope};
         if (s->top.block == s->present.block && ds_top_cut(&s->top, s->present.fraction)) {
             close_damped_top(model, state);
         }
         s->top.omega = ramp;
+        ds_bit_earn(&s->bit, DS_INPUT_CREDIT);
     }
     if (wob_changes) {
         const ds_ramp ramp = {s->present, weight, weight_slope};
@@ -317,6 +336,7 @@ void ds_distributed_set_inputs(const ds_distributed *model, ds_distributed_state
             close_damped_bit(model, state);
         }
         s->bit.wob = ramp;
+        ds_bit_earn(&s->bit, DS_INPUT_CREDIT);
     }
     if (drive || turned) {
         open_damped_top(model, state);
@@ -331,27 +351,39 @@ void ds_distributed_set_friction(const ds_distributed *model, ds_distributed_sta
 {
     ds_neutral_state *const s = ds_distributed_string(state);
     const int turned = turn_at_present(model, state);
+    if (s->bit.credit < 0.0) {
+        return;
+    }
     if (s->bit.block == s->present.block && ds_bit_cut(&s->bit, s->present.fraction)) {
         close_damped_bit(model, state);
     }
     s->law = ds_neutral_bit_law(parameters, model->string.impedance);
+    ds_bit_earn(&s->bit, DS_INPUT_CREDIT);
     if (turned) {
         open_damped_top(model, state);
     }
     open_damped_bit(model, state);
 }
 
-void ds_distributed_advance(const ds_distributed *model, ds_distributed_state *state, double time)
+int ds_distributed_advance(const ds_distributed *model, ds_distributed_state *state, double time)
 {
     const ds_place goal = ds_clock_place(&model->string.clock, time);
     ds_neutral_state *const s = ds_distributed_string(state);
     ds_bit *const bit = &s->bit;
+    if (bit->credit < 0.0) {
+        return 0;
+    }
     double x = ds_neutral_present_in(s, bit->block, bit->begin, bit->end);
     ds_bit_extremes(bit, x, x, &s->least, &s->greatest);
     while (s->top.block < goal.block) {
-        finish_block(model, state, x);
+        if (!finish_block(model, state, x)) {
+            return 0;
+        }
         open_damped_top(model, state);
         open_damped_bit(model, state);
+        if (bit->credit < 0.0) {
+            return 0;
+        }
         x = 0.0;
     }
     while (s->top.end < goal.fraction) {
@@ -362,10 +394,28 @@ void ds_distributed_advance(const ds_distributed *model, ds_distributed_state *s
         ds_neutral_widen(s, x, 1.0);
         close_damped_bit(model, state);
         open_damped_bit(model, state);
+        if (bit->credit < 0.0) {
+            return 0;
+        }
         x = 0.0;
     }
     s->present = goal;
     ds_neutral_widen(s, x, ds_neutral_present_in(s, bit->block, bit->begin, bit->end));
+    return 1;
+}
+
+void ds_distributed_keep(ds_distributed_state *state)
+{
+    ds_neutral_state *const s = ds_distributed_string(state);
+    memcpy(ds_neutral_kept(s)->ring, state, sizeof *state);
+    ds_neutral_keep(s);
+}
+
+void ds_distributed_put_back(ds_distributed_state *state)
+{
+    ds_neutral_state *const s = ds_distributed_string(state);
+    memcpy(state, ds_neutral_kept(s)->ring, sizeof *state);
+    ds_neutral_put_back(s);
 }
 
 /* what the cells have taken from the waves before its time: a cell takes it at once, between blocks; the part of the

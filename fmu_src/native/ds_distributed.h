@@ -71,7 +71,11 @@ DS_SHARED void ds_distributed_set_inputs(const ds_distributed *model, ds_distrib
                                          double weight, double omega_slope, double weight_slope);
 DS_SHARED void ds_distributed_set_friction(const ds_distributed *model, ds_distributed_state *state,
                                            const ds_parameters *parameters);
-DS_SHARED void ds_distributed_advance(const ds_distributed *model, ds_distributed_state *state, double time);
+/* go to a time; 0, part of the way, if the credit of the bit is spent */
+DS_SHARED int ds_distributed_advance(const ds_distributed *model, ds_distributed_state *state, double time);
+/* keep what a step overwrites, and put it back; to let it go is the business of the string: see ds_neutral.h */
+DS_SHARED void ds_distributed_keep(ds_distributed_state *state);
+DS_SHARED void ds_distributed_put_back(ds_distributed_state *state);
 /* write the outputs that the neutral plant has as well */
 DS_SHARED void ds_distributed_read(const ds_distributed *model, const ds_distributed_state *state, double value[]);
 /* energy lost along the string since the start [J] */

@@ -39,6 +39,8 @@ void ds_line_fill(ds_line *line, ds_piece *ring, int blocks, double level, doubl
     line->square = blocks * (level * level);
     line->square_rest = 0.0;
     line->folded_square = 0.0;
+    line->left = 0;
+    line->kept = 0;
 }
 
 /* add to the integral of the square without losing what the sum cannot hold (Neumaier) */
@@ -109,6 +111,10 @@ void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece)
         index -= line->capacity;
     }
     piece.square = (piece.end - piece.begin) * ds_quartic_square_integral(piece.wave);
+    if (line->left > 0) {
+        ring[2 * line->capacity + index] = ring[index];
+        line->left -= 1;
+    }
     ring[index] = piece;
     line->count += 1;
     if (piece.begin > 0.0) {
@@ -130,4 +136,49 @@ ds_piece ds_line_pop(ds_line *line, const ds_piece *ring)
     }
     add(line, -piece.square);
     return piece;
+}
+
+/* the place in the ring so many after the oldest piece, or one before it */
+static int place_after(const ds_line *line, int count)
+{
+    const int place = line->first + count;
+    if (place < 0) {
+        return place + line->capacity;
+    }
+    return place >= line->capacity ? place - line->capacity : place;
+}
+
+void ds_line_keep(ds_line *line, ds_piece *ring)
+{
+    /* a fold changes the newest piece, and pushes overwrite one place after the other from there on */
+    const int newest = place_after(line, line->count - 1);
+    ring[2 * line->capacity + newest] = ring[newest];
+    line->left = line->capacity - 1;
+    line->kept = 0;
+}
+
+void ds_line_keep_all(ds_line *line, ds_piece *ring, const ds_line *before)
+{
+    const int free_places = line->capacity - before->count;
+    const int pushed = line->capacity - 1 - line->left;
+    if (line->kept) {
+        return;
+    }
+    for (int i = pushed > free_places ? pushed - free_places : 0; i < before->count - 1; ++i) {
+        const int index = place_after(before, i);
+        ring[2 * line->capacity + index] = ring[index];
+    }
+    line->left = free_places > pushed ? free_places - pushed : 0;
+    line->kept = 1;
+}
+
+void ds_line_put_back(const ds_line *line, ds_piece *ring, const ds_line *before)
+{
+    const int free_places = line->capacity - before->count;
+    const int first = line->kept ? 0 : before->count - 1;
+    const int end = line->kept ? before->count + free_places - line->left : before->count + line->capacity - 1 - line->left;
+    for (int i = first; i < end; ++i) {
+        const int index = place_after(before, i);
+        ring[index] = ring[2 * line->capacity + index];
+    }
 }

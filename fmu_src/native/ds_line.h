@@ -26,6 +26,8 @@ typedef struct {
     double square;        /* rad2/s2 blocks, integral of the squared wave over the queue */
     double square_rest;   /* rad2/s2 blocks, its compensation */
     double folded_square; /* rad2/s2 blocks, what the folds took from it */
+    int left;             /* 1, places of the ring that pushes of this step would overwrite without their being kept */
+    int kept;             /* 1, all that was in the queue when the step began is kept */
 } ds_line;
 
 DS_SHARED int ds_line_capacity(int blocks);
@@ -35,5 +37,15 @@ DS_SHARED void ds_line_push(ds_line *line, ds_piece *ring, ds_piece piece);
 /* strength a break must exceed to be kept [rad/s]: the fuller the queue, the greater */
 DS_SHARED double ds_line_threshold(const ds_line *line);
 DS_SHARED ds_piece ds_line_pop(ds_line *line, const ds_piece *ring);
+
+/* Two capacities behind its ring a line has another, where it keeps what a step overwrites, so that a step which is
+ * refused leaves no trace. `before` is the line as it was when the step began. */
+
+/* begin to keep */
+DS_SHARED void ds_line_keep(ds_line *line, ds_piece *ring);
+/* keep all that is in the queue, because all of it is about to change */
+DS_SHARED void ds_line_keep_all(ds_line *line, ds_piece *ring, const ds_line *before);
+/* put back what is kept; the line itself is for the caller to put back */
+DS_SHARED void ds_line_put_back(const ds_line *line, ds_piece *ring, const ds_line *before);
 
 #endif

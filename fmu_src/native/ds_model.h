@@ -2,7 +2,8 @@
  *
  * `value` holds one number per variable by value reference (DS_<name> of ds_table.h); Booleans are 0 or 1, a String
  * variable is the number of its slot in `text`. `memory` is one flat block without pointers that the adapter
- * allocates, saves, restores and serialises as bytes. */
+ * allocates, saves, restores and serialises as bytes. Behind it lie as many bytes again, in which a step may keep what it
+ * needs to leave no trace if it is refused; nothing else is to be expected there. */
 #ifndef DS_MODEL_H
 #define DS_MODEL_H
 

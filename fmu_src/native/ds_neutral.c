@@ -1,8 +1,10 @@
 #include "ds_neutral.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "ds_table.h"
+#include "ds_work.h"
 
 int ds_neutral_cells(const ds_parameters *parameters, int requested)
 {
@@ -43,6 +45,7 @@ void ds_neutral_build(ds_neutral *model, const ds_parameters *parameters, int ce
     model->top.sliding = p->c_a;
     model->cells = ds_neutral_cells(p, cells);
     model->clock.start = start;
+    model->earning = ds_work_earning(0.0, 0.0, 0);
     ds_neutral_divide(model, ds_clock_blocks(model->cells));
 }
 
@@ -78,6 +81,7 @@ void ds_neutral_fill(const ds_neutral *model, ds_neutral_state *state, double in
     ds_top_start(&state->top, initial_torque / (p->G * p->J / p->L));
     state->top.omega = drive;
     ds_bit_start(&state->bit, &model->clock, initial_speed);
+    ds_bit_endow(&state->bit, model->earning);
     state->bit.wob = wob;
     state->present = start;
     state->least = initial_speed;
@@ -103,6 +107,7 @@ void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, dou
             ds_top_close(&model->top, &model->clock, top, &state->down, ds_neutral_down_ring(state));
         }
         top->omega = drive;
+        ds_bit_earn(bit, DS_INPUT_CREDIT);
         open_top(model, state);
     }
     if (weight != bit->wob.value || weight_slope != 0.0 || bit->wob.slope != 0.0) {
@@ -111,6 +116,7 @@ void ds_neutral_set_inputs(const ds_neutral *model, ds_neutral_state *state, dou
             ds_bit_close(&state->law, &model->clock, bit, &state->up, state->ring);
         }
         bit->wob = wob;
+        ds_bit_earn(bit, DS_INPUT_CREDIT);
         open_bit(model, state);
     }
 }
@@ -121,6 +127,7 @@ void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state *state, c
         ds_bit_close(&state->law, &model->clock, &state->bit, &state->up, state->ring);
     }
     state->law = ds_neutral_bit_law(parameters, model->impedance);
+    ds_bit_earn(&state->bit, DS_INPUT_CREDIT);
     open_bit(model, state);
 }
 
@@ -153,11 +160,14 @@ static double next_bit(const ds_neutral *model, ds_neutral_state *state, double 
     return 0.0;
 }
 
-void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time)
+int ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time)
 {
     const ds_place goal = ds_clock_place(&model->clock, time);
     ds_top *const top = &state->top;
     ds_bit *const bit = &state->bit;
+    if (bit->credit < 0.0) {
+        return 0;
+    }
     double x = ds_neutral_present_in(state, bit->block, bit->begin, bit->end);
     ds_bit_extremes(bit, x, x, &state->least, &state->greatest);
     while (top->block < goal.block || bit->block < goal.block) {
@@ -168,6 +178,9 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
         }
         while (bit->block == block) {
             x = next_bit(model, state, x);
+            if (bit->credit < 0.0) {
+                return 0;
+            }
         }
     }
     while (top->end < goal.fraction) {
@@ -175,9 +188,36 @@ void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double
     }
     while (bit->end < goal.fraction) {
         x = next_bit(model, state, x);
+        if (bit->credit < 0.0) {
+            return 0;
+        }
     }
     state->present = goal;
     ds_neutral_widen(state, x, ds_neutral_present_in(state, bit->block, bit->begin, bit->end));
+    return 1;
+}
+
+void ds_neutral_keep(ds_neutral_state *state)
+{
+    memcpy(ds_neutral_kept(state), state, sizeof *state);
+    ds_line_keep(&state->up, state->ring);
+    ds_line_keep(&state->down, ds_neutral_down_ring(state));
+}
+
+void ds_neutral_put_back(ds_neutral_state *state)
+{
+    const ds_neutral_state *const before = ds_neutral_kept(state);
+    ds_line_put_back(&state->up, state->ring, &before->up);
+    ds_line_put_back(&state->down, ds_neutral_down_ring(state), &before->down);
+    memcpy(state, before, sizeof *state);
+}
+
+void ds_neutral_let_go(ds_neutral_state *state)
+{
+    state->up.left = 0;
+    state->up.kept = 0;
+    state->down.left = 0;
+    state->down.kept = 0;
 }
 
 /* integral of the squared wave of a piece from a fraction of the block to its end, in blocks */

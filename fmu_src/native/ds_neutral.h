@@ -29,6 +29,7 @@ typedef struct {
     double impedance; /* N m s/rad, Z */
     int cells;        /* 1, cells in one travel time */
     int blocks;       /* 1, blocks in one travel time */
+    double earning;   /* 1/s, work a second that following the bit may take */
 } ds_neutral;
 
 typedef struct {
@@ -46,6 +47,14 @@ typedef struct {
 static inline ds_piece *ds_neutral_down_ring(ds_neutral_state *state)
 {
     return state->ring + state->up.capacity;
+}
+
+/* behind both rings and what the lines keep of them is the state, without rings, as it was when the step began; and
+ * behind it, where the ring of that would be, room for what else is kept */
+static inline ds_neutral_state *ds_neutral_kept(ds_neutral_state *state)
+{
+    void *const behind = state->ring + 4 * (ptrdiff_t)state->up.capacity;
+    return behind;
 }
 
 /* where in the piece that begins and ends at fractions of a block the present lies */
@@ -77,7 +86,13 @@ DS_SHARED void ds_neutral_set_friction(const ds_neutral *model, ds_neutral_state
                                        const ds_parameters *parameters);
 /* let the range of bit speeds cover [x0, x1] of the piece */
 DS_SHARED void ds_neutral_widen(ds_neutral_state *state, double x0, double x1);
-DS_SHARED void ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time);
+/* go to a time; 0, part of the way, if the credit of the bit is spent */
+DS_SHARED int ds_neutral_advance(const ds_neutral *model, ds_neutral_state *state, double time);
+/* From `keep` on what is overwritten is kept, in as many bytes behind the state as it has itself, until it is put back
+ * or let go. */
+DS_SHARED void ds_neutral_keep(ds_neutral_state *state);
+DS_SHARED void ds_neutral_put_back(ds_neutral_state *state);
+DS_SHARED void ds_neutral_let_go(ds_neutral_state *state);
 /* energy stored in the string and the bit, (I L / 2) E of eq. (7), with the incident pieces at the top and at the bit */
 DS_SHARED double ds_neutral_energy(const ds_neutral *model, const ds_neutral_state *state, ds_piece from_bit,
                                    ds_piece from_top);

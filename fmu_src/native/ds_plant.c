@@ -38,13 +38,21 @@ int ds_plant_affords(const ds_parameters *parameters, double beta, int blocks, i
         ds_clock_blocks(cells), beta,
     };
     const double times = ds_work_times(&work);
-    if (times <= DS_MOST_TIMES) {
+    if (times <= DS_MOST_ASKED) {
         return 1;
     }
     snprintf(journal->reason, sizeof journal->reason,
              "a second takes %.4g times the work of the start values; expected at most %g: set %s", times,
-             DS_MOST_TIMES, ds_work_remedy(&work));
+             DS_MOST_ASKED, ds_work_remedy(&work));
     return 0;
+}
+
+void ds_plant_spent(const ds_clock *clock, const ds_bit *bit, ds_journal *journal)
+{
+    snprintf(journal->reason, sizeof journal->reason,
+             "at t = %.9g s the bit moves so fast that a second takes more than %g times the work of the start values: "
+             "set a greater I_B, or change torque and weight less",
+             ds_clock_time(clock, bit->block, bit->begin), DS_MOST_TIMES);
 }
 
 int ds_plant_reaches(const ds_clock *clock, double end, ds_journal *journal)

@@ -25,6 +25,8 @@ DS_SHARED int ds_plant_cells(const double value[], ds_journal *journal);
 /* whether a string in so many blocks takes no more work than is allowed; says what to set if it does */
 DS_SHARED int ds_plant_affords(const ds_parameters *parameters, double beta, int blocks, int cells,
                                ds_journal *journal);
+/* say that the bit moves too fast to be followed at the cost that is allowed */
+DS_SHARED void ds_plant_spent(const ds_clock *clock, const ds_bit *bit, ds_journal *journal);
 /* whether blocks can be counted as far as the end of a step; says so if not */
 DS_SHARED int ds_plant_reaches(const ds_clock *clock, double end, ds_journal *journal);
 /* whether the tunable friction has changed */

@@ -7,6 +7,9 @@
 #define TRUNCATION 1e-6        /* rad/s, or if a quartic does not follow the speed closer; on the default grid */
 #define LEAST_TRUNCATION 1e-10 /* rad/s, what this falls to on fine grids, as the sixth power of the block */
 #define MOST_TRUNCATION 0.1    /* rad/s, and rises to on coarse ones */
+#define GLANCE 0.1       /* 1, work of finding at its begin that a piece is too rough, in blocks */
+#define COLLOCATION 0.35 /* 1, work of a collocation beside the steps of Newton's method */
+#define NEWTON_WORK 0.15 /* 1, work of one of them */
 #define NEWTON_STEPS 12        /* most Newton steps of a piece; one or two are usual */
 #define NEWTON_LIMIT 3e-6      /* rad/s, correction after which no further step is taken, as the next would be about
                                 * its square; default grid, it changes as the square of the block */
@@ -74,10 +77,13 @@ static double slip_power(const ds_bit_law *law, const slip_unknowns *u)
     return total;
 }
 
-/* solve the equations of collocation by Newton's method; u holds what is known at the begin, and the guessed speeds */
-static void solve_slip(const slip_piece *p, double limit, slip_unknowns *u)
+/* solve the equations of collocation by Newton's method, and return the steps taken; u holds what is known at the begin,
+ * and the guessed speeds */
+static int solve_slip(const slip_piece *p, double limit, slip_unknowns *u)
 {
-    for (int step = 0; step < NEWTON_STEPS; ++step) {
+    int step = 0;
+    while (step < NEWTON_STEPS) {
+        ++step;
         double residual[3];
         double d[3];
         double dry_slope[4];
@@ -102,6 +108,7 @@ static void solve_slip(const slip_piece *p, double limit, slip_unknowns *u)
             break;
         }
     }
+    return step;
 }
 
 /* guess the speeds, with a friction that changes as at the begin */
@@ -127,7 +134,7 @@ ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, in
         p.weight[i] = wob.weight + ds_nodes[i] * wob.rise;
     }
     const slip_point first = at_point(&p, 0, start);
-    ds_slip slip = {{0.0, 0.0, 0.0, 0.0, 0.0}, 0.0, fabs(first.derivative) / DS_GREATEST_STIFFNESS};
+    ds_slip slip = {{0.0, 0.0, 0.0, 0.0, 0.0}, 0.0, fabs(first.derivative) / DS_GREATEST_STIFFNESS, GLANCE};
     if (slip.roughness > 1.0 && !last_try) {
         return slip;
     }
@@ -136,7 +143,7 @@ ds_slip ds_slip_collocate(const ds_bit_law *law, const ds_accuracy *accuracy, in
     slip_unknowns u = {{start, 0.0, 0.0, 0.0}, {g, 0.0, 0.0, 0.0}, {first.derivative, 0.0, 0.0, 0.0},
                   {first.dry, 0.0, 0.0, 0.0}};
     guess_slip(&p, incident, &u);
-    solve_slip(&p, accuracy->newton, &u);
+    slip.work = COLLOCATION + NEWTON_WORK * solve_slip(&p, accuracy->newton, &u);
     slip.speed = ds_antiderivative(start, u.slope);
     slip.power = slip_power(law, &u);
     const double *const j = u.jacobian;

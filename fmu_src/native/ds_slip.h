@@ -34,6 +34,7 @@ typedef struct {
     ds_quartic speed; /* rad/s, bit speed over the piece */
     double power;     /* W, integral of torque times speed over the piece, per unit of x */
     double roughness; /* 1, how hard the speed is to follow; a piece above 1 is to be halved */
+    double work;      /* 1, what it took, in blocks */
 } ds_slip;
 
 DS_SHARED ds_accuracy ds_accuracy_on(const ds_clock *clock);

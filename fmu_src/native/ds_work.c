@@ -2,9 +2,10 @@
 
 #include "ds_slip.h"
 
-#define START_PIECES 250.0   /* 1/s, pieces a second of the start values */
-#define CROSSING 0.12        /* work of two blocks that cross, in pieces */
-#define START_DAMPED 6000.0  /* 1/s, pieces a second of the start values with the crossings of a little damping */
+#define START_BLOCKS 250.0   /* 1/s, blocks a second of the start values */
+#define SHORTENED 2.0        /* 1, work of the pieces in the time in which the bit answers, in blocks */
+#define CROSSING 0.12        /* 1, work of two blocks that cross, in blocks that the ends take */
+#define START_DAMPED 6000.0  /* 1/s, work a second of the start values with the crossings of a little damping */
 
 static double brought(const ds_work *work)
 {
@@ -18,11 +19,21 @@ static double answered(const ds_work *work)
 
 double ds_work_times(const ds_work *work)
 {
-    const double pieces = brought(work) > answered(work) ? brought(work) : answered(work);
+    const double ends = answered(work) > brought(work) ? SHORTENED * answered(work) : brought(work);
     if (work->beta > 0.0) {
-        return (pieces + CROSSING * (2.0 * work->blocks * brought(work))) / START_DAMPED;
+        return (ends + CROSSING * (2.0 * work->blocks * brought(work))) / START_DAMPED;
     }
-    return pieces / START_PIECES;
+    return ends / START_BLOCKS;
+}
+
+double ds_work_earning(double beta, double travel_time, int blocks)
+{
+    const double least = DS_MOST_TIMES * START_BLOCKS;
+    if (!(beta > 0.0)) {
+        return least;
+    }
+    const double left = DS_MOST_TIMES * START_DAMPED - CROSSING * (2.0 * blocks * (blocks / travel_time));
+    return left > least ? left : least;
 }
 
 const char *ds_work_remedy(const ds_work *work)

@@ -5,7 +5,10 @@
 
 #include "ds_linkage.h"
 
-#define DS_MOST_TIMES 50.0 /* 1, greatest multiple of the work of the start values that is not refused */
+#define DS_MOST_ASKED 40.0     /* 1, greatest multiple of the work of the start values that parameters may ask for */
+#define DS_MOST_TIMES 50.0     /* 1, and with what the motion takes beside */
+#define DS_SAVED 0.25          /* s, whose earnings a bit can save, and has at the start */
+#define DS_INPUT_CREDIT 100.0  /* 1, what a change of an input earns: a jump comes back until it has faded */
 
 /* what the work follows from */
 typedef struct {
@@ -19,6 +22,8 @@ typedef struct {
 
 /* times the work of the start values */
 DS_SHARED double ds_work_times(const ds_work *work);
+/* work a second that following a bit may take, in blocks: what blocks that cross leave [1/s] */
+DS_SHARED double ds_work_earning(double beta, double travel_time, int blocks);
 /* what to set so that there is less */
 DS_SHARED const char *ds_work_remedy(const ds_work *work);
 

@@ -130,7 +130,7 @@ fmi2Status ds_refresh(ds_instance *instance)
     if (size == 0) {
         return ds_tell(instance, fmi2Error, LOG_ERROR, "%s", journal->reason);
     }
-    void *const memory = calloc(1, size);
+    void *const memory = calloc(2, size);
     if (memory == NULL) {
         return ds_tell(instance, fmi2Error, LOG_ERROR, "no memory for a model of %.0f bytes", (double)size);
     }

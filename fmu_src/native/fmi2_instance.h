@@ -37,8 +37,8 @@ typedef struct {
     fmi2CallbackFunctions callbacks;
     int logging[DS_LOG_CATEGORIES]; /* categories that are switched on */
     ds_values now;
-    void *memory;
-    size_t memory_size;
+    void *memory;       /* of the model, and behind it as many bytes for what a step keeps */
+    size_t memory_size; /* bytes, of the model alone */
     ds_journal journal;
 } ds_instance;
 

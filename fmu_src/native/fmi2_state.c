@@ -88,7 +88,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
     }
     const size_t memory_size = (size_t)saved->head.memory_size;
     if (memory_size != instance->memory_size) {
-        void *const memory = memory_size > 0 ? malloc(memory_size) : NULL;
+        void *const memory = memory_size > 0 ? malloc(2 * memory_size) : NULL;
         if (memory == NULL && memory_size > 0) {
             return ds_tell(instance, fmi2Error, LOG_ERROR, "no memory for a model of %.0f bytes", (double)memory_size);
         }

@@ -11,7 +11,7 @@ from models.plant.clock import CELL_LIMIT, blocks_for
 from models.plant.friction import ORDERED, TUNABLE
 from models.plant.neutral import DrillstringNeutral, InitialState, Outputs
 from models.plant.parameters import DrillstringParameters
-from models.plant.work import refusal
+from models.plant.work import TooMuchWorkError, refusal
 
 from .slave import TableSlave
 
@@ -76,13 +76,20 @@ class PlantSlave(TableSlave, Generic[Plant]):
                 f"as far as blocks of {clock.block:.3g} s can be counted"
             )
         friction = {name: values[at[name]] for name in TUNABLE}
+        tuned: DrillstringParameters | None = None
         if any(friction[name] != getattr(plant.parameters, name) for name in TUNABLE):
             tuned = replace(plant.parameters, **friction)
             self.require_affordable(tuned, plant.blocks, plant.cells)
-            plant.set_friction(tuned)
-        plant.set_inputs(values[at["Omega"]], values[at["WOB"]])
         before = (values[at["slip_count"]], values[at["last_stop_time"]], values[at["breaks_folded"]])
-        plant.advance(end)
+        kept = plant.keep()
+        try:
+            if tuned is not None:
+                plant.set_friction(tuned)
+            plant.set_inputs(values[at["Omega"]], values[at["WOB"]])
+            plant.advance(end)
+        except TooMuchWorkError:
+            kept.put_back()
+            raise
         self.write(values)
         self._tell_events(values, before, end)
 

@@ -48,7 +48,9 @@ class Autodriller:
     proportional, reset_time : float
         Gain [m/(N s)] and integral time [s] of the controller.
     greatest_feed, greatest_weight : float
-        Limits [m/s, N]; the least of both is 0.
+        Limits [m/s, N]; the least weight is 0.
+    least_feed : float
+        Limit [m/s]; less than 0 where the driller may lift the string.
     """
 
     stiffness: float
@@ -58,6 +60,7 @@ class Autodriller:
     reset_time: float
     greatest_feed: float
     greatest_weight: float
+    least_feed: float = 0.0
 
     def rate(self, weight: float, bit_speed: float) -> float:
         """Return the rate of penetration a (W - W_0) v [m/s]; 0 below the threshold and while the bit turns back."""
@@ -87,8 +90,9 @@ class Autodriller:
         if not enabled or before.engaged == 0.0:
             integral = feed - self.proportional * error
         wanted = self.proportional * error + integral if enabled else feed
-        feed = self.greatest_feed if wanted > self.greatest_feed else 0.0 if wanted < 0.0 else wanted
-        if enabled and not ((wanted > self.greatest_feed and error > 0.0) or (wanted < 0.0 and error < 0.0)):
+        least, most = self.least_feed, self.greatest_feed
+        feed = most if wanted > most else least if wanted < least else wanted
+        if enabled and not ((wanted > most and error > 0.0) or (wanted < least and error < 0.0)):
             integral = integral + self.proportional / self.reset_time * elapsed * error
         share = 0.0
         if before.weight > self.threshold and bit_speed > 0.0:

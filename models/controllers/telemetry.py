@@ -11,7 +11,7 @@ MOST_UNDER_WAY = 256
 """Frames that can be under way at a time."""
 MOST_FRAMES = 1e6
 """In one step."""
-ON_TIME = 1e-9
+ON_TIME = 1e-6
 """What happens within this part of the time between frames after the end of a step, happens at it."""
 ROUNDING = 1e-13
 """Of the clock, which is a sum of steps."""

@@ -12,8 +12,8 @@ LONGEST_QUEUE = 64
 """Sample times by which commands can be delayed."""
 MOST_SAMPLES = 1e6
 """In one step."""
-ON_TIME = 1e-9
-"""A sample within this part of the sample time before the end of a step is taken at it."""
+ON_TIME = 1e-6
+"""A sample within this part of the sample time before the end of a step is taken at it: times are rounded."""
 
 
 class Signals(NamedTuple):

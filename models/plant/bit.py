@@ -26,7 +26,8 @@ from ..numerics.quartic import (
 )
 from .clock import SNAP, Clock, Ramp
 from .delay_line import NOTHING, DelayLine
-from .slip import Accuracy, BitLaw, collocate
+from .slip import GREATEST_STIFFNESS, Accuracy, BitLaw, collocate
+from .work import HALVING, PIECE, SAVED, START_RATE, TooMuchWorkError
 
 SHORTEST_SLIP = 1e-9
 """A release that would stop again within this part of a piece is none: the bit stays stuck."""
@@ -72,12 +73,16 @@ class Bit:
         Integral of bit_torque times bit_speed over the piece as it was integrated, per unit of x [W].
     angle, loss, stuck : float
         Angle turned [rad], energy lost [J], time stuck [s] up to `begin`.
+    earning : float
+        Work that following it may take in a second, in blocks: see `models.plant.work` [1/s].
+    credit : float
+        Work that it may still take; it grows by `earning`, up to what a while brings.
     """
 
     __slots__ = (
-        "accuracy", "angle", "begin", "block", "clock", "direction", "end", "halted", "incident", "incoming",
-        "last_release", "last_stop", "law", "loss", "power", "releases", "roughness", "slips", "speed", "stops",
-        "stuck", "truncation", "turning", "weight", "weight_rise", "whole", "wob",
+        "accuracy", "angle", "begin", "block", "clock", "credit", "direction", "earning", "end", "halted", "incident",
+        "incoming", "last_release", "last_stop", "law", "loss", "power", "releases", "roughness", "slips", "speed",
+        "stops", "stuck", "truncation", "turning", "weight", "weight_rise", "whole", "wob",
     )  # fmt: skip
 
     def __init__(self, law: BitLaw, clock: Clock, speed: float, wob: Ramp) -> None:
@@ -98,6 +103,21 @@ class Bit:
         self.angle = self.loss = self.stuck = 0.0
         self.last_stop = self.last_release = clock.start
         self.slips = 0
+        self.endow(START_RATE)
+
+    def endow(self, earning: float) -> None:
+        """Let the bit earn so much a second, and begin with what it can save of them."""
+        self.earning = earning
+        self.credit = SAVED * earning
+
+    def earn(self, work: float) -> None:
+        """Add to the credit, as far as it can be saved."""
+        self.credit = min(self.credit + work, SAVED * self.earning)
+
+    def require_credit(self) -> None:
+        """Refuse to follow the bit any further where its credit is spent."""
+        if self.credit < 0.0:
+            raise TooMuchWorkError(self.clock.time(self.block, self.begin))
 
     def open(self, down: DelayLine) -> None:
         """Take up the next piece: to the end of the incident piece, or to the first stop or release in it."""
@@ -137,6 +157,7 @@ class Bit:
             self.speed = 0.0
             self.direction = 0
             self.halted = True
+        self.earn(self.earning * duration - PIECE)
         self.begin = self.end
         if self.end >= 1.0:
             self.block += 1
@@ -224,12 +245,11 @@ class Bit:
 
     def _slip(self) -> None:
         """Integrate the bit equation over the piece, or up to the place where the bit comes to rest."""
+        halvings = 0
         self._collocate(last_try=False)
-        for i in range(MOST_HALVINGS):
-            if self.roughness <= 1.0:
-                break
-            self._shorten(0.5, self.begin + 0.5 * (self.end - self.begin))
-            self._collocate(last_try=i + 1 == MOST_HALVINGS)
+        while halvings < MOST_HALVINGS and not self.roughness <= 1.0:
+            halvings += self._halve(MOST_HALVINGS - halvings)
+            self._collocate(last_try=halvings == MOST_HALVINGS)
         t0, t1, t2, t3, t4 = self.turning
         x = first_positive((-t0, -t1, -t2, -t3, -t4) if self.direction > 0 else self.turning)
         if x > 1.0:
@@ -240,13 +260,31 @@ class Bit:
         self._shorten(x, self.begin + x * (self.end - self.begin))
         self.stops = True
 
+    def _halve(self, most: int) -> int:
+        """Halve the piece, again while its begin shows that it is too rough, at most so often; return how often."""
+        law = self.law
+        _, _, dry_slope = law.friction.at(self.weight, self.direction * self.speed)
+        derivative = -dry_slope - law.damping
+        end, x, count = self.end, 1.0, 0
+        while count < most:
+            end = self.begin + 0.5 * (end - self.begin)
+            x = 0.5 * x
+            count += 1
+            duration = (end - self.begin) * self.clock.block
+            if not abs(duration / law.inertia * derivative) / GREATEST_STIFFNESS > 1.0:
+                break
+        self._shorten(x, end)
+        self.credit = self.credit - HALVING
+        return count
+
     def _collocate(self, *, last_try: bool) -> None:
         """Integrate the bit equation over the piece as it is."""
         duration = (self.end - self.begin) * self.clock.block
         dry = (self.weight, self.weight_rise)
         accuracy = Accuracy(self.truncation, self.accuracy.newton)
         slip = collocate(self.law, accuracy, self.direction, duration, self.speed, self.incident, dry, last_try)
-        self.turning, self.power, self.roughness = slip
+        self.turning, self.power, self.roughness, work = slip
+        self.credit = self.credit - work
         self.whole = True
 
     def _shorten(self, x: float, fraction: float) -> None:
@@ -268,4 +306,4 @@ class Bit:
         self.wob = Ramp(*state["wob"])
 
 
-_CONSTANT = frozenset({"accuracy", "clock", "law"})
+_CONSTANT = frozenset({"accuracy", "clock", "earning", "law"})

@@ -20,6 +20,7 @@ from .neutral import DrillstringNeutral, InitialState
 from .parameters import DistributedParameters, DrillstringParameters
 from .slip import BitLaw
 from .station import StationOutputs, Stations
+from .work import INPUT_CREDIT, earning
 
 
 class DrillstringDistributed(DrillstringNeutral):
@@ -64,6 +65,7 @@ class DrillstringDistributed(DrillstringNeutral):
         parameters = self.parameters
         self.constants = Exchange.of(parameters.exchange_rate * self.clock.block)
         self.damped = parameters.beta > 0.0
+        self.bit.endow(earning(parameters.beta, parameters.travel_time, self.blocks))
         self.top_end = DampedTop(self.constants.strength)
         self.bit_end = DampedBit(self.constants.strength)
         self.string_loss = self.last_loss = 0.0
@@ -117,10 +119,12 @@ class DrillstringDistributed(DrillstringNeutral):
             if top.block == number and top.cut(fraction):
                 self._close_top()
             top.omega = Ramp(omega, omega_slope, number, fraction)
+            bit.earn(INPUT_CREDIT)
         if wob_changes:
             if bit.block == number and bit.cut(fraction):
                 self._close_bit_piece()
             bit.wob = Ramp(weight, weight_slope, number, fraction)
+            bit.earn(INPUT_CREDIT)
         if drive_changes or turned:
             self._open_top()
         if wob_changes or turned:
@@ -135,6 +139,7 @@ class DrillstringDistributed(DrillstringNeutral):
         if self.bit.block == number and self.bit.cut(fraction):
             self._close_bit_piece()
         self.bit.law = BitLaw.of(self.parameters)
+        self.bit.earn(INPUT_CREDIT)
         if turned:
             self._open_top()
         self._open_bit()
@@ -147,7 +152,8 @@ class DrillstringDistributed(DrillstringNeutral):
         return True
 
     def advance(self, time: float) -> None:
-        """Go to a time [s], not before the present one."""
+        """Go to a time [s], not before the present one; TooMuchWorkError, part of the way, if the bit is too fast."""
+        self.bit.require_credit()
         number, fraction = self.clock.place(time)
         bit, top = self.bit, self.top
         x = self._present(bit)
@@ -156,6 +162,7 @@ class DrillstringDistributed(DrillstringNeutral):
             self._finish_block(x)
             self._open_top()
             self._open_bit()
+            bit.require_credit()
             x = 0.0
         while top.end < fraction:
             self._close_top()
@@ -164,6 +171,7 @@ class DrillstringDistributed(DrillstringNeutral):
             self._widen(x, 1.0)
             self._close_bit_piece()
             self._open_bit()
+            bit.require_credit()
             x = 0.0
         self.place = (number, fraction)
         self._widen(x, self._present(bit))
@@ -180,6 +188,7 @@ class DrillstringDistributed(DrillstringNeutral):
         self._close_bit_piece()
         while bit.block == block:
             self._open_bit()
+            bit.require_credit()
             self._widen(0.0, 1.0)
             self._close_bit_piece()
         self.stations.turn(self.up, self.down, self.clock.block)
@@ -247,6 +256,9 @@ class DrillstringDistributed(DrillstringNeutral):
             turned = angle + self.clock.block * r.turned
             found.append(StationOutputs(r.up + r.down, self.impedance * (r.down - r.up), top_angle - turned))
         return found
+
+    def _parts(self) -> list[object]:
+        return [*super()._parts(), self.top_end, self.bit_end, *self.stations]
 
     def state(self) -> dict[str, Any]:
         """Return everything that changes in time, as plain data that survives JSON to the last bit."""

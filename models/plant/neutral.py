@@ -9,9 +9,11 @@ from ..numerics.quartic import integral, product_integral, restrict, square_inte
 from .bit import Bit
 from .clock import Clock, Ramp, blocks_for
 from .delay_line import DelayLine, Piece
+from .kept import Kept
 from .parameters import DrillstringParameters
 from .slip import BitLaw
 from .top import Top
+from .work import INPUT_CREDIT
 
 
 @dataclass(frozen=True)
@@ -109,11 +111,13 @@ class DrillstringNeutral:
             if top.block == number and top.cut(fraction):
                 top.close(self.down)
             top.omega = Ramp(omega, omega_slope, number, fraction)
+            bit.earn(INPUT_CREDIT)
             top.open(self.up)
         if weight != bit.wob.value or weight_slope != 0.0 or bit.wob.slope != 0.0:
             if bit.block == number and bit.cut(fraction):
                 bit.close(self.up)
             bit.wob = Ramp(weight, weight_slope, number, fraction)
+            bit.earn(INPUT_CREDIT)
             bit.open(self.down)
 
     def set_friction(self, parameters: DrillstringParameters) -> None:
@@ -123,10 +127,12 @@ class DrillstringNeutral:
         if self.bit.block == number and self.bit.cut(fraction):
             self.bit.close(self.up)
         self.bit.law = BitLaw.of(parameters)
+        self.bit.earn(INPUT_CREDIT)
         self.bit.open(self.down)
 
     def advance(self, time: float) -> None:
-        """Go to a time [s], not before the present one."""
+        """Go to a time [s], not before the present one; TooMuchWorkError, part of the way, if the bit is too fast."""
+        self.bit.require_credit()
         number, fraction = self.clock.place(time)
         bit, top = self.bit, self.top
         x = self._present(bit)
@@ -152,6 +158,7 @@ class DrillstringNeutral:
         self._widen(x, 1.0)
         self.bit.close(self.up)
         self.bit.open(self.down)
+        self.bit.require_credit()
         return 0.0
 
     def _widen(self, x0: float, x1: float) -> None:
@@ -218,6 +225,14 @@ class DrillstringNeutral:
     def _coming(self) -> tuple[Piece, Piece]:
         """Return the incident pieces at the top and at the bit."""
         return self.top.incoming, self.bit.incoming
+
+    def keep(self) -> Kept:
+        """Return what the plant is now, to be put back if a step is refused."""
+        return Kept(self, (self.up, self.down), self._parts())
+
+    def _parts(self) -> list[object]:
+        """Return what changes in time beside the lines."""
+        return [self.top, self.bit]
 
     def state(self) -> dict[str, Any]:
         """Return everything that changes in time, as plain data that survives JSON to the last bit."""

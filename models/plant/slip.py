@@ -27,6 +27,15 @@ LEAST_TRUNCATION = 1e-10
 MOST_TRUNCATION = 0.1
 """Bounds to which this falls on fine grids and rises on coarse ones, as the sixth power of the block."""
 
+GLANCE = 0.1
+"""Work of finding at its begin that a piece is too rough, in blocks: see `models.plant.work`."""
+
+COLLOCATION = 0.35
+"""Work of a collocation beside the steps of Newton's method."""
+
+NEWTON_WORK = 0.15
+"""Work of one of them."""
+
 NEWTON_STEPS = 12
 """Most Newton steps of a piece; two are usual."""
 
@@ -91,11 +100,14 @@ class Slip(NamedTuple):
         Integral of bit_torque times bit_speed over the piece, per unit of x [W].
     roughness : float
         How hard the speed is to follow; a piece above 1 is to be halved.
+    work : float
+        What it took, in blocks.
     """
 
     speed: Quartic
     power: float
     roughness: float
+    work: float
 
 
 def collocate(
@@ -135,19 +147,19 @@ def collocate(
     g0, j0, dry0, _ = piece.slope(0, start)
     roughness = abs(j0) / GREATEST_STIFFNESS
     if roughness > 1.0 and not last_try:
-        return Slip(ZERO, 0.0, roughness)
+        return Slip(ZERO, 0.0, roughness, GLANCE)
     if start == 0.0 and g0 * direction < 0.0:
         g0 = 0.0  # by rounding: at a release the friction is overcome
     push = piece.scale * law.twice_impedance
     bend = 0.5 * (j0 * g0 + push * incident[1])
     thrust = (THIRD * push * incident[2], 0.25 * push * incident[3], 0.2 * push * incident[4])
     v1, v2, v3 = (start + x * (g0 + x * (bend + x * (thrust[0] + x * (thrust[1] + x * thrust[2])))) for x in NODES[1:])
-    speed, slope, jacobian, dry = _solve(piece, accuracy.newton, (start, g0, dry0), (v1, v2, v3))
+    speed, slope, jacobian, dry, steps = _solve(piece, accuracy.newton, (start, g0, dry0), (v1, v2, v3))
     turning = antiderivative(start, slope)
     stiffest = max(abs(j0), abs(jacobian[0]), abs(jacobian[1]), abs(jacobian[2]))
     truncation = abs(turning[4]) * (stiffest + law.friction.rate * abs(speed[3] - start))
     roughness = max(stiffest / GREATEST_STIFFNESS, truncation / accuracy.truncation)
-    return Slip(turning, _power(law, speed, dry), roughness)
+    return Slip(turning, _power(law, speed, dry), roughness, COLLOCATION + NEWTON_WORK * steps)
 
 
 class _Piece(NamedTuple):
@@ -170,15 +182,17 @@ class _Piece(NamedTuple):
 
 def _solve(
     piece: _Piece, limit: float, begin: tuple[float, float, float], guess: Inner
-) -> tuple[Slopes, Slopes, Inner, Slopes]:
+) -> tuple[Slopes, Slopes, Inner, Slopes, int]:
     """Solve the equations of collocation from a guess of the three speeds; what holds at the begin is given.
 
-    Returns the speeds, slopes, Jacobian and dry friction.
+    Returns the speeds, slopes, Jacobian and dry friction, and the steps taken.
     """
     v0, g0, f0 = begin
     v1, v2, v3 = guess
     g1 = g2 = g3 = j1 = j2 = j3 = f1 = f2 = f3 = 0.0
-    for _ in range(NEWTON_STEPS):
+    steps = 0
+    while steps < NEWTON_STEPS:
+        steps += 1
         g1, j1, f1, s1 = piece.slope(1, v1)
         g2, j2, f2, s2 = piece.slope(2, v2)
         g3, j3, f3, s3 = piece.slope(3, v3)
@@ -189,7 +203,7 @@ def _solve(
         f1, f2, f3 = f1 + s1 * d1, f2 + s2 * d2, f3 + s3 * d3
         if abs(d1) <= limit and abs(d2) <= limit and abs(d3) <= limit:
             break
-    return (v0, v1, v2, v3), (g0, g1, g2, g3), (j1, j2, j3), (f0, f1, f2, f3)
+    return (v0, v1, v2, v3), (g0, g1, g2, g3), (j1, j2, j3), (f0, f1, f2, f3), steps
 
 
 def _power(law: BitLaw, speed: Slopes, dry: Slopes) -> float:

@@ -10,6 +10,7 @@ and likewise D. In uniform rotation this is exact.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from ..numerics.quartic import integral, value
@@ -107,6 +108,10 @@ class Stations:
         self.parts = parts
         self.strength = strength
         self._stations = [_Station(angle) for angle in angles]
+
+    def __iter__(self) -> Iterator[object]:
+        """Return an iterator over what changes in time."""
+        return iter(self._stations)
 
     def find(self, up: DelayLine, down: DelayLine) -> None:
         """Find in the full lines where the blocks begin that cross at the stations at the start."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from tests.bench.coupled import LOOPS, STEPS
@@ -15,10 +16,30 @@ def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
         return
     write = terminalreporter.write_line
     write("")
-    for name, text in _ratios(least).items():
+    costs = {bench.name: bench.extra_info for bench in session.benchmarks if "cpu" in bench.extra_info}
+    for name, text in (_ratios(least) | _sweeps(costs)).items():
         write(f"{name:<72}{text}")
     for run in RECORDED:
         write(f"recorded once: {run.peer}, period error {run.error:g} s: {run.seconds:g} s")
+
+
+def _sweeps(costs: dict[str, dict[str, float]]) -> dict[str, str]:
+    """Return what sweeps cost beside a plain loop in this run, and what one more point costs of few and of many."""
+    lines: dict[str, str] = {}
+    if alone := costs.get("bench_map[plain loop]"):
+        for form in ("sweep", "joblib"):
+            if found := costs.get(f"bench_map[{form}]"):
+                ratios = (
+                    f"{found['cpu'] / alone['cpu']:.2f} times the CPU, {found['wall'] / alone['wall']:.2f} the time"
+                )
+                lines[f"map of 65 x 65 points, {form} against a plain loop"] = ratios
+    short = sorted((each for each in costs.values() if "points" in each), key=lambda each: each["points"])
+    for few, many in pairwise(short):
+        each = (many["cpu"] - few["cpu"]) / (many["points"] - few["points"])
+        lines[f"a point of a sweep, from {few['points']:.0f} to {many['points']:.0f} points"] = (
+            f"{each * 1e3:.3f} ms of CPU, {many['memory']:.0f} MB at {many['points']:.0f}"
+        )
+    return lines
 
 
 def _ratios(least: dict[str, float]) -> dict[str, str]:

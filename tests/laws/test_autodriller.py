@@ -87,6 +87,20 @@ def test_a_switch_makes_no_bump() -> None:
     assert np.abs(np.diff(steps)).max() < 0.1 * STIFFNESS * 0.02 * 0.1
 
 
+@pytest.mark.parametrize("packaging", PACKAGINGS)
+def test_a_bit_that_has_stalled_is_lifted_off_where_that_is_allowed(packaging: str) -> None:
+    """At rest nothing is drilled, so that only the feed takes weight off: all that the string's spring holds."""
+    weights: dict[float, float] = {}
+    for least in (0.0, -0.02):
+        start = {"feed_min": least, "WOB_initial": 2e5, "WOB_ref": 80000.0}
+        with Drive("Autodriller", start, packaging) as driller:
+            for k in range(6000):
+                driller.go((k + 1) * 0.1)
+            weights[least] = driller.get("WOB")
+    assert weights[0.0] == 2e5
+    assert weights[-0.02] == pytest.approx(80000.0, rel=1e-3)
+
+
 def drilled(speed: float, law: bool) -> tuple[Outcome, float]:
     """Return a run from full cycle with the weight held by a driller, and its mean rate of penetration [m/h]."""
     start = {"WOB_initial": WEIGHT, "bit_speed": 4.0}

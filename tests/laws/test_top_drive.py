@@ -215,3 +215,15 @@ def test_noise_is_nearly_normal_and_that_of_its_seed() -> None:
     ]
     assert shown[0] == shown[1] != shown[2]
     assert np.std(shown[0]) == pytest.approx(0.05, rel=0.15)
+
+
+@pytest.mark.parametrize("packaging", PACKAGINGS)
+@pytest.mark.parametrize("start", [0.0, 2e5, 1e7])
+def test_no_sample_is_missed_however_late_it_is(start: float, packaging: str) -> None:
+    """At 2e5 s, two days and more, a last bit is 3e-11 s, by which steps are now longer, now shorter than samples."""
+    seen: list[float] = []
+    with Drive("TopDrive", {"speed_noise": 0.05}, packaging, start=start) as drive:
+        for k in range(2000):
+            drive.go(start + (k + 1) * 0.01)
+            seen.append(drive.get("top_speed_measured"))
+    assert len(set(seen)) == 2000

@@ -25,18 +25,3 @@ double plant_crossing_loss(const subject *s)
     const double block = 8.0 * plant_travel_time(s) / subject_value(s, "cells_used");
     return fmin(0.25 * subject_value(s, "beta") / subject_value(s, "I") * block, 0.125);
 }
-
-double plant_most_cells(const subject *s)
-{
-    const double asked = subject_value(s, "cells_used");
-    if (variable_named("beta") < 0) {
-        return asked;
-    }
-    return fmax(asked, 16.0 * plant_travel_time(s) * subject_value(s, "beta") / subject_value(s, "I"));
-}
-
-double plant_answer_time(const subject *s)
-{
-    const double impedance = sqrt(subject_value(s, "I") * subject_value(s, "G") * subject_value(s, "J"));
-    return subject_value(s, "I_B") / (impedance + subject_value(s, "c_b"));
-}

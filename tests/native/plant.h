@@ -12,9 +12,5 @@ double plant_travel_time(const subject *s);
 double plant_string_loss(const subject *s);
 /* 1, share that a block of a wave loses while it crosses another, at most: the error of the damping is its square */
 double plant_crossing_loss(const subject *s);
-/* in which the string is computed at most: damping along it asks for blocks that lose little while they cross */
-double plant_most_cells(const subject *s);
-/* s, in which the bit answers the string: the shortest piece its motion is computed in is about half of it */
-double plant_answer_time(const subject *s);
 
 #endif

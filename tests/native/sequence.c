@@ -15,9 +15,7 @@
 #define MOST_CELLS 3000.0      /* 1, cells of a plant, so that a sequence takes milliseconds */
 #define REFUSED_CELLS 1e7      /* 1, more are refused by the plant, so they cost nothing */
 #define LONGEST_CELL 0.0005    /* s, of a plant that chooses its cells itself */
-#define CELLS_A_STEP 400.0     /* 1, longest step of a plant */
-#define WILD_CELLS_A_STEP 20.0 /* 1, the same with parameters from anywhere, whose pieces may be halved many times */
-#define ANSWERS_A_STEP 2e3     /* 1, the same in times in which the bit answers the string: its pieces are that short */
+#define CELLS_A_STEP 400.0     /* 1, longest step of a plant, which itself refuses to follow its bit at any cost */
 
 enum { SEQUENCE_BYTES = 2048 };
 
@@ -47,18 +45,17 @@ void bound_cells(sequence *q, subject *s)
 }
 
 /* s, the longest step that takes milliseconds */
-static double longest_step(const sequence *q, const subject *s)
+static double longest_step(const subject *s)
 {
     if (!is_plant()) {
         return 1.0;
     }
-    const double cells = q->wild ? WILD_CELLS_A_STEP : CELLS_A_STEP;
-    return fmin(cells * plant_travel_time(s) / cells_of(s), ANSWERS_A_STEP * plant_answer_time(s));
+    return CELLS_A_STEP * plant_travel_time(s) / cells_of(s);
 }
 
 static double choose_step(sequence *q, const subject *s)
 {
-    const double longest = longest_step(q, s);
+    const double longest = longest_step(s);
     const double x = choose_fraction(&q->from);
     if (is_plant() && choose_below(&q->from, 8) == 0) {
         /* to the end of a block, or so close to it that an input change snaps to it */

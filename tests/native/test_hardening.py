@@ -85,6 +85,12 @@ DEFECTS = {
     ),
     "a ring is left": Edit("ds_line.c", "line->first = 0;", "", "AddressSanitizer|runtime error"),
     "a loss is counted twice": Edit("ds_bit.c", "bit->loss += ", "bit->loss += 2.0 * ", "J are unaccounted for"),
+    "a refused step leaves its pieces": Edit(
+        "ds_line.c",
+        "ring[index] = ring[2 * line->capacity + index];",
+        "(void)ring[index];",
+        "left the instance alone",
+    ),
     "a refusal is silent": Edit(
         "fmi2_instance.c",
         "status >= fmi2Error || instance->logging[category]",

@@ -126,6 +126,40 @@ static void refusals(session *run, subject *s)
     finish(s);
 }
 
+/* a light bit on rock whose friction falls at once, which a wave of 1e4 rad/s throws about faster than can be followed:
+ * steps of all lengths that are refused, within a travel time and over several of them, and shorter ones between */
+static void too_fast(session *run, subject *s)
+{
+    static const double LONG[] = {0.4, 1.0, 2.5, 20.0};
+    static const setting WILD[] = {{"v_f", 1e-6}, {"mu_cb", 0.0}, {"mu_sb", 1.0}, {"I_B", 1.0}, {NULL, 0.0}};
+    for (int damped = 0; damped < (variable_named("beta") >= 0 ? 2 : 1); ++damped) {
+        subject_instantiate(s, run, "fast", SOUND, 1);
+        s->watched = 1;
+        for (const setting *p = WILD; p->name != NULL; ++p) {
+            put(s, p->name, p->value);
+        }
+        if (damped) {
+            put(s, "beta", 1.0);
+        }
+        subject_set_up(s, 0.0, 0, 0.0);
+        subject_enter(s);
+        REQUIRE(run, subject_exit(s), "the start is refused");
+        ramp(s, "Omega", 9e4);
+        go(s, 0.1);
+        put(s, "Omega", 9010.0);
+        for (int i = 0; i < 12; ++i) {
+            put(s, "mu_sb", 0.9 + 0.01 * i);
+            REQUIRE(run, !subject_step(s, s->known.time, LONG[i % 4]), "a bit that is too fast is followed");
+            go(s, 0.02);
+        }
+        for (int i = 0; i < 400; ++i) { /* on to where it is too fast, and there from one change of an input to the next */
+            put(s, i % 3 == 0 ? "mu_sb" : "WOB", i % 3 == 0 ? 0.9 + 0.01 * (i % 7) : 9e4 + 1e3 * (i % 5));
+            subject_step(s, s->known.time, i < 50 ? 1e-3 : 1e-5 * (1 + i % 9));
+        }
+        finish(s);
+    }
+}
+
 /* a friction that fades within a speed that no halving of a piece resolves, and a travel time of a whole number of the
  * longest cells */
 static void rough_and_even(session *run, subject *s)
@@ -144,8 +178,7 @@ static void rough_and_even(session *run, subject *s)
     finish(s);
 }
 
-/* each parameter at both ends of its range, on a few cells, over a few travel times; a damped string may take many more
- * cells than it was asked for, each of which crosses all others in a travel time */
+/* each parameter at both ends of its range, on a few cells, over some travel times: what would take long is refused */
 static void extremes(session *run, subject *s)
 {
     for (int i = 0; i < 2 * DS_VARIABLES; ++i) {
@@ -160,8 +193,7 @@ static void extremes(session *run, subject *s)
         subject_set_up(s, 0.0, 0, 0.0);
         subject_enter(s);
         if (subject_exit(s)) {
-            const double cells = plant_most_cells(s);
-            const double longest = fmin(plant_travel_time(s), 50.0 * plant_answer_time(s)) * fmin(1.0, 1e5 / (cells * cells));
+            const double longest = plant_travel_time(s);
             for (int k = 0; k < 40; ++k) {
                 go(s, longest * STEP_SIZE[k % STEP_SIZES]);
             }
@@ -253,6 +285,7 @@ const walk walks_of_plants[] = {
     {"bit_stuck", "chatter", chatter},
     {"bit_stuck", "overflow", overflow},
     {"bit_stuck", "refusals", refusals},
+    {"bit_stuck", "too fast", too_fast},
     {"bit_stuck", "rough and even", rough_and_even},
     {"bit_stuck", "extremes", extremes},
     {"bit_stuck", "states", states},

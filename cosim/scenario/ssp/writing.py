@@ -93,7 +93,14 @@ def ssp_files(scenario: Scenario, packaging: str) -> dict[str, bytes]:
     for part in parts:
         if part.values:
             files[_set_name(part)] = write_document(parameter_set(part.values, part.description))
-    return {STRUCTURE: write_document(_structure(scenario, system, parts, marked)), **files}
+    told = replace(scenario, signals=_recorded(scenario.signals, descriptions))
+    return {STRUCTURE: write_document(_structure(told, system, parts, marked)), **files}
+
+
+def _recorded(signals: Iterable[str], descriptions: Mapping[str, Description]) -> tuple[str, ...]:
+    """Return what a figure can still show: a parameter that no signal drives is not recorded."""
+    known = {Port(name, each.name): each for name, described in descriptions.items() for each in described.variables}
+    return tuple(name for name in signals if name not in known or known[Port.parse(name)].causality != "parameter")
 
 
 def described(system: System, packaging: str, folder: Path | None) -> dict[str, Description]:

@@ -44,6 +44,7 @@ static ds_result advance(double memory[], const double value[], const double slo
     const double bit_speed = value[DS_bit_speed] + 0.5 * slope[DS_bit_speed] * elapsed;
     const double before = memory[WEIGHT];
     const double error = (value[DS_WOB_ref] + 0.5 * slope[DS_WOB_ref] * elapsed) - before;
+    const double least = value[DS_feed_min];
     const double most = value[DS_feed_max];
     if (ds_require_short(elapsed, journal) != DS_OK) {
         return DS_DISCARD;
@@ -52,8 +53,8 @@ static ds_result advance(double memory[], const double value[], const double slo
         memory[SUM] = memory[FEED] - value[DS_K_p] * error;
     }
     const double wanted = enabled ? value[DS_K_p] * error + memory[SUM] : memory[FEED];
-    const double feed = ds_limited(wanted, 0.0, most);
-    if (enabled && !((wanted > most && error > 0.0) || (wanted < 0.0 && error < 0.0))) {
+    const double feed = ds_limited(wanted, least, most);
+    if (enabled && !((wanted > most && error > 0.0) || (wanted < least && error < 0.0))) {
         memory[SUM] = memory[SUM] + value[DS_K_p] / value[DS_T_i] * elapsed * error;
     }
     double share = 0.0;

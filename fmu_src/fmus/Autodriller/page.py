@@ -27,7 +27,7 @@ At a bit speed $v$ the weight follows the feed with the time constant $1 / (k a 
         paragraphs(r"""
 With the error $e$ of the weight against `WOB_ref`,
 
-$$ f = K_p (e + \frac{1}{T_i} \int e \, dt), \qquad 0 \le f \le f_{\text{max}},
+$$ f = K_p (e + \frac{1}{T_i} \int e \, dt), \qquad f_{\text{min}} \le f \le f_{\text{max}},
 \qquad 0 \le W \le W_{\text{max}}. $$ cures 28
 
 The feed is chosen at the beginning of a step and held, so that the step is the driller's sample time. While a limit
@@ -39,6 +39,9 @@ controller goes on from there when it is switched on.
 
 LIMITS = phrases(
     "The weight is that of a string without mass: axial waves, of a few tenths of a second, are left out.",
+    "With `feed_min` at 0 the string is never lifted, and only a bit that turns takes weight off: one that has stalled "
+    "under more than the drive can turn, as where it was fed on while `enabled` was false, stays so. With less than 0 "
+    "the driller lifts it off.",
     "`WOB_initial` may be greater than `WOB_max`; the first step brings it down.",
 )
 

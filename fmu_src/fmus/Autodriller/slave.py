@@ -9,7 +9,7 @@ from fmu_src.python.law import Law, require_short
 from models.controllers.autodriller import Autodriller as Driller
 from models.controllers.autodriller import Drilling
 
-_PARAMETERS = ("k", "a", "W_0", "K_p", "T_i", "feed_max", "WOB_max")
+_PARAMETERS = ("k", "a", "W_0", "K_p", "T_i", "feed_max", "WOB_max", "feed_min")
 
 
 class Autodriller(Law):

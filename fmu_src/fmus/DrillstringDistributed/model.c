@@ -105,15 +105,24 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
         return DS_DISCARD;
     }
     const ds_parameters p = ds_plant_parameters(value);
-    if (ds_plant_tuned(&model->string.parameters, &p)) {
-        if (!ds_plant_affords(&p, model->beta, model->string.blocks, model->string.cells, journal)) {
-            return DS_DISCARD;
-        }
+    const int tuned = ds_plant_tuned(&model->string.parameters, &p);
+    if (tuned && !ds_plant_affords(&p, model->beta, model->string.blocks, model->string.cells, journal)) {
+        return DS_DISCARD;
+    }
+    ds_distributed_keep(state);
+    if (tuned) {
         ds_distributed_set_friction(model, state, &p);
-        model->string.parameters = p;
     }
     ds_distributed_set_inputs(model, state, value[DS_Omega], value[DS_WOB], slope[DS_Omega], slope[DS_WOB]);
-    ds_distributed_advance(model, state, end);
+    if (!ds_distributed_advance(model, state, end)) {
+        ds_plant_spent(&model->string.clock, &ds_distributed_string(state)->bit, journal);
+        ds_distributed_put_back(state);
+        return DS_DISCARD;
+    }
+    ds_neutral_let_go(ds_distributed_string(state));
+    if (tuned) {
+        model->string.parameters = p;
+    }
     write_outputs(model, state, value);
     ds_plant_tell(value, &before, end, journal);
     return DS_OK;

@@ -64,15 +64,24 @@ ds_result ds_model_step(void *memory, double value[], const double slope[], doub
         return DS_DISCARD;
     }
     const ds_parameters p = ds_plant_parameters(value);
-    if (ds_plant_tuned(&model->parameters, &p)) {
-        if (!ds_plant_affords(&p, 0.0, model->blocks, model->cells, journal)) {
-            return DS_DISCARD;
-        }
+    const int tuned = ds_plant_tuned(&model->parameters, &p);
+    if (tuned && !ds_plant_affords(&p, 0.0, model->blocks, model->cells, journal)) {
+        return DS_DISCARD;
+    }
+    ds_neutral_keep(state);
+    if (tuned) {
         ds_neutral_set_friction(model, state, &p);
-        model->parameters = p;
     }
     ds_neutral_set_inputs(model, state, value[DS_Omega], value[DS_WOB], slope[DS_Omega], slope[DS_WOB]);
-    ds_neutral_advance(model, state, end);
+    if (!ds_neutral_advance(model, state, end)) {
+        ds_plant_spent(&model->clock, &state->bit, journal);
+        ds_neutral_put_back(state);
+        return DS_DISCARD;
+    }
+    ds_neutral_let_go(state);
+    if (tuned) {
+        model->parameters = p;
+    }
     ds_neutral_read(model, state, value);
     ds_plant_tell(value, &before, end, journal);
     return DS_OK;

@@ -109,8 +109,10 @@ LIMITS = phrases(
     "Of several stops within one communication step `last_stop_time` tells the last, and so does "
     "`last_release_time` of releases; `slip_count`, `stuck_time`, `bit_speed_min` and `bit_speed_max` miss none.",
     "1 to 3 `cells` count as 4. More than 10 million cells chosen automatically are refused.",
-    "Values that ask for more than 50 times the work of the start values all the time are refused before the start: "
-    "a very light or viscous bit, very many `cells`, a very short string.",
+    "Values that ask for more than 40 times the work of the start values all the time are refused before the start: "
+    "a very light or viscous bit, very many `cells`, a very short string. A step in which the bit is thrown about so "
+    "fast that following it takes more than 50 times is refused with fmi2Discard; the instance is as it was before, "
+    "and takes a shorter step, or one with other inputs.",
 )
 
 _LOOP = (

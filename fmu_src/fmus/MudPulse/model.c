@@ -7,7 +7,7 @@
 
 #define UNDER_WAY 256
 #define MOST_FRAMES 1e6
-#define ON_TIME 1e-9
+#define ON_TIME 1e-6
 #define ROUNDING 1e-13
 #define LOST (-1.0)
 

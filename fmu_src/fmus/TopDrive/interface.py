@@ -42,7 +42,7 @@ MODEL = Model(
         parameter_row("torque_min", "N.m", 0.0, -1e8, 0.0, f"Least torque of the motor ({NOT_IN_THE_PAPER})", "cures 12"),
         parameter_row("torque_max", "N.m", 6e4, 1.0, 1e8, f"Greatest torque of the motor ({NOT_IN_THE_PAPER})", "cures 12"),
         parameter_row("power_max", "W", 8e5, 1.0, 1e9, f"Greatest power of the motor ({NOT_IN_THE_PAPER})", "cures 12"),
-        parameter_row("sample_time", "s", 0.01, 1e-4, 10.0, f"Time between samples ({NOT_IN_THE_PAPER})", "cures 13"),
+        parameter_row("sample_time", "s", 0.01, 5e-4, 10.0, f"Time between samples ({NOT_IN_THE_PAPER})", "cures 13"),
         parameter_row("delay", "s", 0.0, 0.0, 10.0, "Delay of commands, rounded to samples, at most 64", "cures 13"),
         parameter_row("speed_noise", "rad/s", 0.0, 0.0, 1e3, "Standard deviation of measured speeds", "cures 13"),
         parameter_row("torque_noise", "N.m", 0.0, 0.0, 1e6, "Standard deviation of the measured torque", "cures 13"),

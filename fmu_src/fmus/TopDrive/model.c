@@ -10,7 +10,7 @@
 
 #define LONGEST_QUEUE 64
 #define MOST_SAMPLES 1e6
-#define ON_TIME 1e-9
+#define ON_TIME 1e-6
 
 enum {
     DRIVE_SPEED,

@@ -51,7 +51,7 @@ def test_runs_are_drawn_over_each_other_in_units_of_the_field(runs: Path, tmp_pa
         (("plot", "lower-wob", "--format", "gif"), "plot.gif: expected a name that ends in .png, .svg or .pdf"),
         (("plot", "lower-wob", "--format", "pdf", "--output", "a.png"), "a.png: expected a name that ends in .pdf"),
         (("plot", "lower-wob", "--from", "3", "--to", "1"), "the figure begins at 3 s and ends at 1 s"),
-        (("plot", "lower-wob", "--units", "imperial"), "there are no units 'imperial'; known: field, si"),
+        (("plot", "lower-wob", "--units", "imperial"), "there are no units 'imperial'; known: field, metric, si"),
         (
             ("plot", "lower-wob", "--output", "no/where.png"),
             "no/where.png cannot be written: No such file or directory",

@@ -107,3 +107,19 @@ def test_what_is_set_for_an_export_takes_the_place_of_a_signal(tmp_path: Path) -
     with open_ssp(path) as scenario:
         assert scenario.system.inputs["plant.WOB"] == Constant(50000.0)
         assert next(part.parameters["L"] for part in scenario.system.components if part.name == "plant") == 2000.0
+
+
+@pytest.mark.parametrize(("stop", "step"), [("0.05 min", "500 ms"), ("3s", "0.5"), ("3", ".5 s")])
+def test_times_may_be_written_with_a_unit(stop: str, step: str, tmp_path: Path) -> None:
+    arguments = ["run", "stick-slip", "--stop-time", stop, "--step-size", step, "--output", str(tmp_path / "run")]
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 0, done.output
+    told = json.loads((tmp_path / "run" / "manifest.json").read_text())["variants"][0]
+    assert (told["stop_time"], told["step_size"]) == (3.0, 0.5)
+
+
+@pytest.mark.parametrize(("text", "sentence"), [("2kg", "in kg"), ("soon", "expected a number"), ("", "expected")])
+def test_a_time_that_is_none_is_refused(text: str, sentence: str) -> None:
+    done = CliRunner(env={"COLUMNS": "200"}).invoke(app, ["run", "stick-slip", "--stop-time", text])
+    assert done.exit_code == 2
+    assert sentence in done.output

@@ -52,7 +52,9 @@ def test_what_the_drive_gives_is_stored_or_lost(name: str, variant: str | None) 
 def test_what_the_drive_gives_and_the_sliding_takes_goes_into_the_string(name: str, variant: str | None) -> None:
     result = run(name, variant)
     through = result["plant.drive_work"] - result["plant.top_loss"]
-    assert np.abs(through - result["plant.work_in"]).max() <= 1e-12 * result["plant.drive_work"].max()
+    # rounding of what is added up, which grows with the pieces that there are: 2000 a second
+    bar = max(1e-12, 1e-14 * float(result.time[-1]))
+    assert np.abs(through - result["plant.work_in"]).max() <= bar * result["plant.drive_work"].max()
     for lost in ("top_loss", "bit_loss"):
         assert np.diff(result[f"plant.{lost}"]).min() >= -1e-12 * result[f"plant.{lost}"][-1]
 

@@ -67,7 +67,7 @@ def test_runs_lie_beside_or_over_each_other(result: Result) -> None:
     [
         (["plant.bit_sped"], {}, "'plant.bit_sped' was not recorded; did you mean 'plant.bit_speed'?"),
         ([], {"begin": 4.0, "end": 4.0}, "the figure begins at 4 s and ends at 4 s; expected an earlier begin"),
-        ([], {"units": "imperial"}, "there are no units 'imperial'; known: field, si"),
+        ([], {"units": "imperial"}, "there are no units 'imperial'; known: field, metric, si"),
     ],
 )
 def test_what_cannot_be_shown_is_refused(result: Result, signals: list[str], options: Any, message: str) -> None:

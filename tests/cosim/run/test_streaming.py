@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from cosim import Component, Constant, Scenario, System, load_scenario, open_trajectory, ramp, simulate, stream
+from cosim import Component, Constant, Scenario, Step, System, load_scenario, open_trajectory, ramp, simulate, stream
 from cosim.cli.app import app
 from cosim.drilling.oscillation import measure
 from cosim.errors import CheckpointError, OutputError, RunInterruptedError, SlaveError
@@ -34,17 +34,20 @@ RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "tolerance": ("dissipative-law", SHORT | {"variant": "tracking", "algorithm": "implicit", "tolerance": 1e-5}),
     "explicit tolerance": ("wob-law", SHORT | {"algorithm": "jacobi", "tolerance": 1e-3}),
     "ramp": ("ramp", SHORT),
+    "tuned": ("tuned", SHORT),
     "python": ("wob-law", {"stop_time": 1.2, "step_size": 0.005, "packaging": "python"}),
     "isolated": ("wob-law", SHORT | {"stop_time": 2.0, "isolate": ["plant"]}),
 }
 
 
 def scenario_of(name: str) -> Scenario:
-    """A scenario by name; the ramp goes on between communication points."""
-    if name != "ramp":
+    """A scenario by name; the ramp goes on between communication points, and what is tuned are parameters."""
+    if name not in ("ramp", "tuned"):
         return load_scenario(name)
     inputs = {"plant.Omega": ramp(5.0, 15.0, 0.503, 1.7), "plant.WOB": Constant(50e3)}
-    return Scenario("ramp", System((Component("plant", "DrillstringNeutral"),), inputs=inputs), 3.0, 0.01)
+    if name == "tuned":
+        inputs |= {"plant.c_b": ramp(0.03, 80.0, 0.2, 2.0), "plant.mu_sb": Step(0.8, 0.6, 1.234)}
+    return Scenario(name, System((Component("plant", "DrillstringNeutral"),), inputs=inputs), 3.0, 0.01)
 
 
 def assert_same_bits(folder: Path, whole: Result) -> None:

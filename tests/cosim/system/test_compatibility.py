@@ -36,6 +36,7 @@ PLANT = Description(
         Variable("name", 11, "String", "parameter", "fixed", start=""),
         Variable("derived", 12, "Real", "calculatedParameter", "fixed", "calculated"),
         Variable("label", 13, "String", "input", "discrete", start=""),
+        Variable("c_b", 14, "Real", "parameter", "tunable", start="0.03", minimum=0.0),
     ),
 )
 OTHER = {"plant": PLANT, "law": PLANT}
@@ -131,8 +132,16 @@ def test_start_values_take_the_type_of_their_variable() -> None:
 @pytest.mark.parametrize(
     ("target", "signal", "message"),
     [
-        ("plant.bit_speed", Constant(1.0), "has causality output; a signal drives an input only"),
-        ("plant.gate", ramp(0, 1, 0, 1), "is Boolean; ramps and tables drive Real inputs only"),
+        (
+            "plant.bit_speed",
+            Constant(1.0),
+            "has causality output; a signal drives an input or a tunable parameter only",
+        ),
+        ("plant.L", Constant(1.0), "is a fixed parameter; a signal drives an input or a tunable parameter only"),
+        ("plant.derived", Constant(1.0), "has causality calculatedParameter; a signal drives an input or a tunable"),
+        ("plant.gate", ramp(0, 1, 0, 1), "is Boolean; ramps and tables drive Real variables only"),
+        ("plant.c_b", Step(1.0, -2.0, 0.5), "is -2; expected a finite number >= 0"),
+        ("plant.c_c", Constant(1.0), r"has no variable 'c_c'; did you mean 'c_b'\?"),
         ("plant.gate", Constant(1.0), "is 1.0; expected true or false"),
         ("plant.WOB", Constant(-1.0), "is -1 N; expected a finite number >= 0"),
         ("plant.WOB", Step(1.0, -2.0, 0.5), "is -2 N; expected a finite number >= 0"),
@@ -149,6 +158,14 @@ def test_a_value_replaces_a_signal_but_not_a_connection() -> None:
     assert base.with_values({"plant.Omega": 5.0}).inputs["plant.Omega"] == Constant(5.0)
     assert base.with_values({"plant.L": 5.0}).components[0].parameters == {"L": 5.0}
     assert base.inputs["plant.Omega"] == Step(1.0, 2.0, 3.0), "the original stays as it is"
+
+
+def test_a_parameter_is_driven_or_set_and_not_both() -> None:
+    assert check(inputs={"plant.c_b": Step(0.03, 2.0, 0.5)})["plant"] == {}
+    with pytest.raises(
+        SystemDefinitionError, match=r"plant\.c_b is driven by a signal; its value cannot be set as well"
+    ):
+        check(inputs={"plant.c_b": Step(0.03, 2.0, 0.5)}, plant={"c_b": 1.0})
 
 
 KELVIN = Unit("K", (0, 0, 0, 0, 1, 0, 0, 0))

@@ -153,7 +153,14 @@ def test_a_signal_whose_units_make_no_sense_is_refused(omega: str, sentence: str
 
 
 @pytest.mark.parametrize(
-    ("unit", "units", "shown"), [("N", "si", "kN"), ("rad/s", "si", "rad/s"), ("m", "field", "ft")]
+    ("unit", "units", "shown"),
+    [
+        ("N", "si", "kN"),
+        ("rad/s", "si", "rad/s"),
+        ("rad/s", "metric", "rpm"),
+        ("N", "metric", "kN"),
+        ("m", "field", "ft"),
+    ],
 )
 def test_units_are_shown_as_people_know_them(unit: str, units: str, shown: str) -> None:
     assert shown_in(unit, units)[0] == shown

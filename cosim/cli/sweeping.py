@@ -1,0 +1,163 @@
+"""Define the commands that run sweeps and draw their maps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.text import Text
+
+from cosim.cli.arguments import (
+    AlgorithmOption,
+    GridOption,
+    PackagingOption,
+    SampleOption,
+    ScenarioArgument,
+    SetOption,
+    StepSizeOption,
+    StopTimeOption,
+    read_override,
+)
+from cosim.cli.terminal import new_console, progress_bar, sentences
+from cosim.errors import InputError
+
+if TYPE_CHECKING:
+    from cosim.sweeps.design import Spread
+    from cosim.system.signals import Value
+
+
+def sweep(
+    scenario: ScenarioArgument,
+    grid: GridOption = None,
+    sample: SampleOption = None,
+    uncertain: Annotated[
+        Path | None, typer.Option(help="A .toml file of distributions that are sampled as well.", metavar="FILE.toml")
+    ] = None,
+    count: Annotated[int, typer.Option(help="How many samples.")] = 1024,
+    sampling: Annotated[str, typer.Option(help="How to sample: latin-hypercube or sobol.")] = "latin-hypercube",
+    seed: Annotated[int, typer.Option(min=0, help="Of the samples.")] = 0,
+    branch: Annotated[
+        str, typer.Option(help="rest: each point begins anew; up or down: it goes on from the one before.")
+    ] = "rest",
+    along: Annotated[str | None, typer.Option(help="With up or down: along which input; by default the first.")] = None,
+    set_: SetOption = None,
+    variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
+    packaging: PackagingOption = "native",
+    algorithm: AlgorithmOption = None,
+    step_size: StepSizeOption = None,
+    stop_time: StopTimeOption = None,
+    workers: Annotated[int, typer.Option(min=0, help="Processes to use; 0: one for each processor; 1: this one.")] = 0,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler, whose workers are used instead.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option(help="The store to write, or to go on with; by default runs/<scenario>.zarr.")
+    ] = None,
+) -> None:
+    """Run a scenario over grids and samples, on all processors or a cluster; interrupted, the same command goes on."""
+    from cosim.run.options import RunOptions
+    from cosim.sweeps.sweep import sweep as run_sweep
+
+    with sentences():
+        path = output or Path("runs", f"{Path(scenario).stem}.zarr")
+        overrides: dict[str, Value] = dict(read_override(text) for text in set_ or ())
+        options = RunOptions(
+            packaging=packaging,
+            algorithm=algorithm,
+            step_size=step_size,
+            stop_time=stop_time,
+            overrides=overrides,
+            variant=variant,
+        )
+        with progress_bar() as bar:
+            found = run_sweep(
+                scenario,
+                path,
+                grid=_named("--grid", grid),
+                samples=_spreads(sample, uncertain),
+                count=count,
+                sampling=sampling,
+                seed=seed,
+                branch=branch,
+                along=along,
+                workers=workers,
+                scheduler=scheduler,
+                options=options,
+                progress=bar.one_task("sweeping"),
+            )
+        _print_summary(found, path)
+
+
+def _spreads(texts: list[str] | None, file: Path | None) -> dict[str, Spread]:
+    """Gather all that is sampled; each name once."""
+    from cosim.sweeps.distributions import read_distributions
+
+    found: dict[str, Spread] = {**_named("--sample", texts)}
+    for name, each in (read_distributions(file) if file is not None else {}).items():
+        if name in found:
+            raise InputError(f"{name} is sampled twice; expected each name once")
+        found[name] = each
+    return found
+
+
+def _named(option: str, texts: list[str] | None) -> dict[str, str]:
+    """Take ``name=what`` apart; each name once."""
+    found: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, said = text.partition("=")
+        if not equals or not name.strip():
+            raise InputError(f"{option} {text}: expected the form component.variable=values")
+        if name.strip() in found:
+            raise InputError(f"{option} {text}: {name.strip()} is varied twice; expected each name once")
+        found[name.strip()] = said.strip()
+    return found
+
+
+def _print_summary(found: Any, path: Path) -> None:
+    """Say how many points there are, and why the first of those failed that did."""
+    console = new_console()
+    failed = found["failed"].values == 1
+    shape = " x ".join(str(size) for size in failed.shape)
+    console.print(Text(f"{failed.size} points ({shape}), {int(failed.sum())} failed"))
+    if failed.any():
+        console.print(Text(f"the first that failed: {found['message'].values[failed][0]}"), soft_wrap=True)
+    console.print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+def draw_map(
+    stores: Annotated[
+        list[Path], typer.Argument(help="Stores of sweeps over two axes, such as branches of one.", metavar="STORE...")
+    ],
+    quantity: Annotated[
+        str, typer.Option(help="Which number to show, such as ssi or torque_swing; of samples, probability.")
+    ] = "",
+    minus: Annotated[Path | None, typer.Option(help="A store that is subtracted from the others.")] = None,
+    units: Annotated[str, typer.Option(help="Units to show: metric (rpm, kN), field (rpm, klbf) or si.")] = "metric",
+    folds: Annotated[
+        int,
+        typer.Option(min=0, help="At how many weights to look for the end of the cycles; each takes ten seconds."),
+    ] = 5,
+    output: Annotated[
+        Path | None, typer.Option(help="The .png file to write; by default named like the first store.")
+    ] = None,
+) -> None:
+    """Draw severity maps of sweeps, side by side, with what theory says of them."""
+    from cosim.drilling import severity_map
+    from cosim.errors import OutputError
+    from cosim.files import why
+    from cosim.sweeps.reading import open_sweep
+
+    with sentences():
+        maps = [severity_map.read_map(open_sweep(path), quantity or None) for path in stores]
+        if minus is not None:
+            other = severity_map.read_map(open_sweep(minus), quantity or None)
+            maps = [each.less(other) for each in maps]
+        path = output or stores[0].with_suffix(".png")
+        with progress_bar() as bar:
+            lines = severity_map.find_folds(maps[0], folds, bar.one_task("following cycles")) if folds else None
+        try:
+            severity_map.draw_maps(path, maps, units, lines, difference=minus is not None)
+        except OSError as error:
+            raise OutputError(f"{path} cannot be written: {why(error)}") from error
+        new_console().print(Text(f"wrote {path}"), soft_wrap=True)

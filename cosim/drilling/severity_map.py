@@ -1,0 +1,365 @@
+"""Draw severity maps: a number of a sweep over two axes, with what theory says of the same plane.
+
+Over maps of a string alone at given speed and weight, two lines are drawn: where steady rotation loses its stability,
+from the spectrum, and up to where there are cycles, the fold, from their continuation. Between them both are stable,
+and what is found depends on where a run comes from: cells in which branches of a sweep disagree are marked.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.drilling.severity import QUANTITIES, SWING
+from cosim.errors import InputError, MissingPackageError, suggestion
+from cosim.recording.figure import blank_figure, save_figure
+from cosim.system.field_units import shown_in
+from cosim.system.signals import FloatArray
+
+if TYPE_CHECKING:
+    from cosim.drilling.mathematics import BoolArray, DrillstringParameters
+
+log = logging.getLogger("cosim")
+
+_NAMES = {"Omega": "Drive speed", "WOB": "Weight on bit"}
+_BRANCHES = {"rest": "from rest", "up": "continued up", "down": "continued down"}
+_STRING = "DrillstringNeutral"
+_GREATEST_INDEX = 3.0
+_STANDS = 0.999
+_SAMPLE, _PROBABILITY = "sample", "probability"
+FOLDS = 5
+"""At how many weights on bit the fold is looked for, unless it is said."""
+
+
+@dataclass(frozen=True)
+class Map:
+    """A number over a plane.
+
+    Attributes
+    ----------
+    title : str
+        Which branch it is of.
+    quantity, unit, text : str
+        Name, unit and meaning of the number.
+    x_name, y_name : str
+        What varies along the axes.
+    x, y : ndarray
+        Its values, SI units.
+    x_unit, y_unit : str
+        Their units.
+    values : ndarray, shape (y.size, x.size)
+        The number; NaN where there is none, infinite where the bit stands still on the whole.
+    failed : ndarray of bool, shape (y.size, x.size)
+        Where the run has failed.
+    unstable : ndarray of bool, shape (y.size, x.size)
+        Where the bit speed swings by more than `cosim.drilling.severity.SWING`, or the bit stands still.
+    string : DrillstringParameters or None
+        What is turned, if it is a string alone whose speed and weight vary.
+    """
+
+    title: str
+    quantity: str
+    unit: str
+    text: str
+    x_name: str
+    y_name: str
+    x: FloatArray
+    y: FloatArray
+    x_unit: str
+    y_unit: str
+    values: FloatArray
+    failed: BoolArray
+    unstable: BoolArray
+    string: DrillstringParameters | None
+
+    def less(self, other: Map) -> Map:
+        """Return the difference from a map over the same plane.
+
+        Raises
+        ------
+        InputError
+            If the other one is over other values.
+        """
+        for name, mine, its in ((self.x_name, self.x, other.x), (self.y_name, self.y, other.y)):
+            if not np.array_equal(mine, its):
+                raise InputError(f"the maps are over other values of {name}; expected the same to take a difference of")
+        with np.errstate(invalid="ignore"):
+            values = self.values - other.values
+        failed = self.failed | other.failed
+        text = f"{self.text}, less {other.title}" if self.title != other.title else f"difference of {self.text}"
+        return replace(self, values=values, failed=failed, text=text)
+
+
+def read_map(dataset: Any, quantity: str | None = None) -> Map:
+    """Take a map from what a sweep has kept.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `cosim.sweep` or `cosim.open_sweep`, over two axes of numbers, and perhaps samples.
+    quantity : str, optional
+        Which number; by default the stick-slip index. Of samples it is the probability of stick-slip: the part of those
+        that have not failed that are unstable.
+
+    Raises
+    ------
+    InputError
+        If there is no such number, or it is not over a plane.
+    """
+    known = [str(name) for name in dataset.data_vars if name not in ("failed", "message")]
+    over = [str(name) for name in dataset["failed"].dims]
+    plane = [name for name in over if name != _SAMPLE]
+    wanted = quantity or (_PROBABILITY if _SAMPLE in over else "ssi")
+    if len(plane) != 2 or not all(name in dataset.coords and dataset[name].dtype.kind in "fi" for name in plane):
+        raise InputError(f"the sweep is over {', '.join(over)}; expected two axes of numbers for a map")
+    choices = [_PROBABILITY] if _SAMPLE in over else known
+    if wanted not in choices:
+        raise InputError(f"the sweep has kept no '{wanted}' over {', '.join(over)}{suggestion(wanted, choices)}")
+    x_name, y_name = sorted(plane, key=lambda name: not name.endswith(".Omega"))
+    order = (*([_SAMPLE] if _SAMPLE in over else ()), y_name, x_name)
+    kept = {name: np.asarray(dataset[name].transpose(*order).values) for name in ("failed", *known)}
+    unstable, failed = _unstable(kept), kept["failed"] == 1
+    unit, text = ("", "probability of stick-slip")
+    values = kept.get(wanted, np.zeros(0))
+    if wanted == _PROBABILITY:
+        values = _probability(unstable, kept["failed"])
+        unstable, failed = values > 0.5, failed.all(axis=0)
+    else:
+        unit, text = (dataset[wanted].attrs.get(name, "") for name in ("units", "long_name"))
+    record = json.loads(dataset.attrs["record"])
+    return Map(
+        title=_BRANCHES[record["branch"]],
+        quantity=wanted,
+        unit=unit,
+        text=text or wanted,
+        x_name=x_name,
+        y_name=y_name,
+        x=np.asarray(dataset[x_name].values, dtype=np.float64),
+        y=np.asarray(dataset[y_name].values, dtype=np.float64),
+        x_unit=dataset[x_name].attrs.get("units", ""),
+        y_unit=dataset[y_name].attrs.get("units", ""),
+        values=values,
+        failed=failed,
+        unstable=unstable,
+        string=_string(record, x_name, y_name),
+    )
+
+
+def _unstable(kept: Mapping[str, NDArray[Any]]) -> BoolArray:
+    """Return where the bit swings, or stands still."""
+    shape = kept["failed"].shape
+    swing = kept["bit_speed_max"] - kept["bit_speed_min"] if "bit_speed_max" in kept else np.zeros(shape)
+    stands = kept["stuck_fraction"] > _STANDS if "stuck_fraction" in kept else np.zeros(shape, dtype=np.bool_)
+    return np.asarray((swing > SWING) | stands)
+
+
+def _probability(unstable: BoolArray, failed: FloatArray) -> FloatArray:
+    """Return the part of samples, along the first axis, that are unstable; NaN where none is done."""
+    whole = failed == 0
+    count = whole.sum(axis=0)
+    return np.where(count > 0, (unstable & whole).sum(axis=0) / np.maximum(count, 1), np.nan)
+
+
+def _string(record: Mapping[str, Any], x_name: str, y_name: str) -> DrillstringParameters | None:
+    """Return the string of a sweep over its speed and weight, if theory knows it and nothing is coupled to it."""
+    component, _, speed = x_name.partition(".")
+    known = record["components"].get(component, {})
+    alone = len(record["components"]) == 1 and known.get("model") == _STRING
+    if not alone or speed != "Omega" or y_name != f"{component}.WOB":
+        return None
+    try:
+        from cosim.drilling.mathematics import DrillstringParameters
+
+        names = {each.name for each in fields(DrillstringParameters)}
+        return DrillstringParameters(**{name: v for name, v in known["parameters"].items() if name in names})
+    except MissingPackageError as error:
+        log.warning("the lines of theory are not drawn: %s", error)
+        return None
+
+
+def find_folds(
+    found: Map, count: int = FOLDS, progress: Callable[[str, float], None] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return drive speeds [rad/s] up to which there are cycles, and the weights on bit [N] they belong to.
+
+    Parameters
+    ----------
+    found : Map
+        Of a string alone.
+    count : int
+        At how many weights to look; each takes seconds. There may be none at some.
+    progress : callable, optional
+        Called at each weight.
+    """
+    from cosim.drilling.mathematics import bistable_omegas
+
+    speeds: list[float] = []
+    weights: list[float] = []
+    places: FloatArray = np.linspace(float(found.y[0]), float(found.y[-1]), count if found.string is not None else 0)
+    for number, weight in enumerate(places.tolist(), 1):
+        try:
+            if weight > 0.0 and found.string is not None:
+                speeds.append(bistable_omegas(found.string, weight).fold)
+                weights.append(weight)
+                if speeds[-1] > found.x[-1]:  # and so are those of greater weights
+                    break
+        except (ArithmeticError, ValueError) as error:
+            log.info("no fold of the cycles at WOB = %g N: %s", weight, error)
+        if progress is not None:
+            progress(f"{number} of {count} weights", number / count)
+    return np.array(speeds), np.array(weights)
+
+
+def bistable(maps: Sequence[Map]) -> BoolArray:
+    """Return where branches disagree: the bit swings in one and turns steadily in another."""
+    unstable = np.stack([each.unstable for each in maps])
+    whole = ~np.stack([each.failed for each in maps]).any(axis=0)
+    return np.asarray(unstable.any(axis=0) & ~unstable.all(axis=0) & whole)
+
+
+def draw_maps(
+    path: Path,
+    maps: Sequence[Map],
+    units: str = "metric",
+    folds: tuple[FloatArray, FloatArray] | None = None,
+    *,
+    difference: bool = False,
+) -> None:
+    """Draw maps of one number side by side into a PNG file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    maps : sequence of Map
+        Over the same plane; of several branches, cells in which they disagree are marked.
+    units : str
+        As of `cosim.system.field_units.shown_in`.
+    folds : (ndarray, ndarray), optional
+        From `find_folds`.
+    difference : bool
+        The maps are differences, and have a colour for none.
+
+    Raises
+    ------
+    InputError
+        If there are no such units, or the maps are over different planes.
+    OSError
+        If the file cannot be written.
+    """
+    shown_in("", units)
+    for each in maps[1:]:
+        each.less(maps[0])
+    save_figure(path, lambda: _compose(maps, units, folds, difference))
+
+
+def _compose(maps: Sequence[Map], units: str, folds: tuple[FloatArray, FloatArray] | None, difference: bool) -> Any:
+    """Lay out the panels."""
+    figure = blank_figure(1.6 + 4.0 * len(maps), 4.3)
+    panels = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
+    first = maps[0]
+    unit, factor = shown_in(first.unit, units)
+    limits = _limits([each.values * factor for each in maps], first.quantity, difference)
+    apart = bistable(maps) if len(maps) > 1 and not difference else None
+    shading = None
+    for number, (panel, each) in enumerate(zip(panels, maps, strict=True)):
+        shading = _draw(panel, each, factor, units, limits, difference)
+        _draw_lines(panel, each, units, folds)
+        if apart is not None:
+            _mark(panel, each, apart, units)
+        panel.set_title(f"{chr(ord('a') + number)}) {each.title}" if len(maps) > 1 else each.title, fontsize=10)
+        if number == 0:
+            panel.set_ylabel(_label(each.y_name, each.y_unit, units))
+    text = first.text[0].upper() + first.text[1:]
+    extend = "max" if first.quantity == "ssi" and not difference else "neither"
+    figure.colorbar(shading, ax=list(panels), label=f"{text} [{unit}]" if unit else text, extend=extend)
+    handles, labels = panels[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=9)
+    return figure
+
+
+def _label(name: str, unit: str, units: str) -> str:
+    """Write the label of an axis."""
+    variable = name.partition(".")[2]
+    shown = shown_in(unit, units)[0]
+    return f"{_NAMES.get(variable, name)} [{shown}]" if shown else _NAMES.get(variable, name)
+
+
+def _limits(values: Sequence[FloatArray], quantity: str, difference: bool) -> tuple[float, float]:
+    """Return the ends of the colours; of an index that knows no bounds, they are those that matter."""
+    finite = np.concatenate([each[np.isfinite(each)] for each in values])
+    if not finite.size:
+        return 0.0, 1.0
+    if difference:
+        greatest = min(float(np.abs(finite).max()), _GREATEST_INDEX if quantity == "ssi" else np.inf) or 1.0
+        return -greatest, greatest
+    if quantity == "ssi":
+        return 0.0, min(_GREATEST_INDEX, max(1.0, float(finite.max())))
+    if quantity in ("stuck_fraction", _PROBABILITY):
+        return 0.0, 1.0
+    return min(0.0, float(finite.min())), float(finite.max()) or 1.0
+
+
+def _draw(panel: Any, each: Map, factor: float, units: str, limits: tuple[float, float], difference: bool) -> Any:
+    """Draw the number as colours, where the bit stands still grey, and failed runs as crosses."""
+    x, y = each.x * shown_in(each.x_unit, units)[1], each.y * shown_in(each.y_unit, units)[1]
+    values = each.values * factor
+    colours = "RdBu_r" if difference else "viridis" if each.quantity == "period" else "magma_r"
+    panel.set_facecolor("white")
+    still = np.isinf(values)
+    if still.any():
+        grey = np.where(still, 1.0, np.nan)
+        panel.pcolormesh(x, y, grey, cmap="Greys", vmin=0.0, vmax=2.0, shading="nearest")
+    finite = np.where(still, np.nan, values)
+    shading = panel.pcolormesh(x, y, finite, cmap=colours, vmin=limits[0], vmax=limits[1], shading="nearest")
+    if each.failed.any():
+        rows, columns = np.nonzero(each.failed)
+        panel.plot(x[columns], y[rows], "x", color="#c00000", markersize=4, label="failed")
+    if still.any():
+        label = "bit stands still" if not difference else "bit stands still in one"
+        panel.plot([], [], "s", color="#969696", label=label)
+    panel.set(xlabel=_label(each.x_name, each.x_unit, units), xlim=_ends(x), ylim=_ends(y))
+    return shading
+
+
+def _ends(values: FloatArray) -> tuple[float, float]:
+    """Return where the cells at the ends of an axis end."""
+    if values.size < 2:
+        return float(values[0]) - 0.5, float(values[0]) + 0.5
+    return float(1.5 * values[0] - 0.5 * values[1]), float(1.5 * values[-1] - 0.5 * values[-2])
+
+
+def _draw_lines(panel: Any, each: Map, units: str, folds: tuple[FloatArray, FloatArray] | None) -> None:
+    """Draw where steady rotation loses its stability, and up to where there are cycles."""
+    if each.string is None:
+        return
+    from cosim.drilling.mathematics import stability_boundary
+
+    x_factor, y_factor = shown_in(each.x_unit, units)[1], shown_in(each.y_unit, units)[1]
+    weights: FloatArray = np.linspace(max(float(each.y[0]), 1.0), float(each.y[-1]), 200)
+    speeds = stability_boundary(each.string, weights)
+    for width, colour, label in ((3.2, "white", None), (1.6, "#0b5394", "rotation loses its stability (spectrum)")):
+        panel.plot(speeds * x_factor, weights * y_factor, color=colour, linewidth=width, label=label)
+    if folds is not None and folds[0].size:
+        for width, colour, label in ((3.2, "white", None), (1.6, "#2f6f4f", "end of the cycles (fold)")):
+            panel.plot(folds[0] * x_factor, folds[1] * y_factor, "--", color=colour, linewidth=width, label=label)
+
+
+def _mark(panel: Any, each: Map, apart: BoolArray, units: str) -> None:
+    """Mark cells in which branches disagree."""
+    rows, columns = np.nonzero(apart)
+    x, y = each.x * shown_in(each.x_unit, units)[1], each.y * shown_in(each.y_unit, units)[1]
+    panel.plot(x[columns], y[rows], ".", color="#0f9d9d", markersize=1.8, label="branches disagree: bistable")
+
+
+def quantity_names() -> tuple[str, ...]:
+    """Return the names of the numbers that a severity map can show."""
+    return tuple(each.name for each in QUANTITIES)

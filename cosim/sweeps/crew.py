@@ -1,0 +1,178 @@
+"""Get workers: a pool of processes on this machine, a Dask cluster, or any executor that is given.
+
+All of them are executors of the standard library to those that hand out work. What differs is how to tell that a worker
+is gone, and whether there can be others in its place.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Generator
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from multiprocessing import get_context
+from typing import Any
+
+from cosim.errors import InputError, require
+from cosim.run.report import versions
+
+PATIENCE = 10.0
+"""Seconds to wait for an answer of a scheduler."""
+_COMPARED = ("python", "dask", "distributed", "cloudpickle", "msgpack", "numpy")
+_MOST_WORKERS = 4096
+
+
+@dataclass
+class Crew:
+    """Those who do the work.
+
+    Attributes
+    ----------
+    executor : Executor
+        Takes the work.
+    workers : int
+        How many there are.
+    lost : tuple of type
+        Exceptions of work whose worker is gone.
+    renew : callable or None
+        Returns another executor in place of one that is broken.
+    came_up : callable
+        Tells whether any worker has been ready for work, since the executor was got or renewed.
+    outlives : bool
+        Whether the executor itself goes on where a worker is gone.
+    where : str
+        Who they are, in messages.
+    """
+
+    executor: Executor
+    workers: int
+    lost: tuple[type[BaseException], ...] = (BrokenExecutor,)
+    renew: Callable[[], Executor] | None = None
+    came_up: Callable[[], bool] = lambda: True
+    outlives: bool = False
+    where: str = "the executor"
+
+
+class Here(Executor):
+    """Do all work at once, in this process."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Do it."""
+        future = Future[Any]()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:  # as any executor hands it on
+            future.set_exception(error)
+        return future
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    allowed = getattr(os, "sched_getaffinity", None)
+    return len(allowed(0)) if allowed is not None else os.cpu_count() or 1
+
+
+@contextmanager
+def process_pool(workers: int, most: int) -> Generator[Crew]:
+    """Start processes on this machine, no more than can have work: for 0 as many as there are processors.
+
+    1 is this process itself.
+    """
+    if not 0 <= workers <= _MOST_WORKERS:
+        raise InputError(f"{workers} workers were asked for; expected 0, for one on each processor, to {_MOST_WORKERS}")
+    number = max(1, min(workers or processors(), most))
+    if workers == 1:
+        yield Crew(Here(), 1, where="this process")
+        return
+    current: list[ProcessPoolExecutor] = []
+    ready: list[Future[None]] = []
+
+    def begin() -> ProcessPoolExecutor:
+        for broken in current:
+            broken.shutdown(wait=False, cancel_futures=True)
+        current[:] = [ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_leave_signals)]
+        ready[:] = [current[0].submit(_get_ready) for _ in range(number)]
+        return current[0]
+
+    def came_up() -> bool:
+        return any(each.done() and not each.cancelled() and each.exception() is None for each in ready)
+
+    try:
+        yield Crew(begin(), number, renew=begin, came_up=came_up, where="a worker process")
+    finally:
+        for pool in current:
+            pool.shutdown(cancel_futures=True)
+
+
+def _get_ready() -> None:
+    """Import in a worker what it works with, before there is work."""
+    import_module("cosim.sweeps.work")
+
+
+def _leave_signals() -> None:
+    """Let the parent decide what becomes of Ctrl-C, which a terminal sends to its workers too."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def dask_cluster(address: str) -> Generator[Crew]:
+    """Join a Dask cluster.
+
+    Raises
+    ------
+    InputError
+        If there is no scheduler, it has no workers, or others are of other versions.
+    """
+    distributed = require("distributed", extra="dask", purpose="a sweep on a cluster")
+    try:
+        client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError, RuntimeError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"{address}: no Dask scheduler answers there: {reason}") from error
+    try:
+        _refuse_others(client, address)
+        threads = sum(client.nthreads().values())
+        lost = (distributed.scheduler.KilledWorker,)
+        yield Crew(client.get_executor(pure=False), threads, lost, outlives=True, where=f"a worker of {address}")
+    finally:
+        client.close(timeout=PATIENCE)
+
+
+def _refuse_others(client: Any, address: str) -> None:
+    """Refuse a cluster that would not compute the same: of other packages, or of another version of this one."""
+    if not client.nthreads():
+        raise InputError(
+            f"{address}: the scheduler has no workers; expected one at least, as of: dask worker {address}"
+        )
+    told: dict[str, Any] = client.get_versions(check=False)
+    here = told["client"]["packages"]
+    for place, found in (("the scheduler", told["scheduler"]), *told["workers"].items()):
+        for name in _COMPARED:
+            packages: dict[str, Any] = found["packages"] if found else {}
+            there = packages.get(name)
+            needed = name not in ("numpy",) or place != "the scheduler"  # which computes nothing
+            if needed and _release(name, there) != _release(name, here[name]):
+                raise InputError(
+                    f"{address}: {name} is {there or 'missing'} at {place}, and {here[name]} here; expected the same"
+                )
+    ours = versions()["drillstring-cosim"]
+    try:
+        found = client.run(product_version)
+    except Exception as error:  # whatever a worker raises that lacks the package
+        raise InputError(f"{address}: workers cannot import drillstring-cosim: {error}") from error
+    for place, there in found.items():
+        if there != ours:
+            raise InputError(f"{address}: drillstring-cosim is {there} at {place}, and {ours} here; expected the same")
+
+
+def _release(name: str, version: Any) -> Any:
+    """Return what of a version has to be the same."""
+    return str(version).split(".")[:2] if name == "python" else version
+
+
+def product_version() -> str:
+    """Return the version of this package, where it is called."""
+    return versions()["drillstring-cosim"]

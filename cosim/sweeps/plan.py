@@ -1,0 +1,443 @@
+"""Make of a scenario what workers need to run its points: the system, its FMUs as bytes, and how a point is set.
+
+What is wrong with a sweep is told here, before anything is run.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any, cast
+
+from cosim.errors import InputError, SystemDefinitionError, format_time
+from cosim.fmi2.locate import locate_fmu
+from cosim.run.assembly import described, record_components
+from cosim.run.function import functions_of
+from cosim.run.options import RunOptions
+from cosim.run.report import commit, versions
+from cosim.scenario.scenario import Scenario
+from cosim.sweeps.design import SAMPLES, Axis, Design
+from cosim.sweeps.measures import Beginning, Measures, Quantity
+from cosim.system.compatibility import Written, check_system, convert, read_value
+from cosim.system.description import Description, Variable
+from cosim.system.field_units import in_declared_unit
+from cosim.system.method import Method
+from cosim.system.signals import Constant, Value
+from cosim.system.structure import Component, Port, System
+
+FORMAT = 1
+"""Of stores: what has another number is not gone on with."""
+
+
+@dataclass(frozen=True)
+class File:
+    """An FMU on its way to a worker: its name, its content, and what it says of itself."""
+
+    name: str
+    content: bytes
+    description: Description
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Hold what a worker needs to run points of a sweep.
+
+    Attributes
+    ----------
+    system : System
+        With all values but those that vary.
+    files : mapping of str to File
+        By SHA-256.
+    choices : mapping of str to mapping of str to str
+        By component and name of an FMU: which file.
+    chosen : mapping of str to str
+        By component: the name of its FMU where that does not vary.
+    names : tuple of str
+        What varies, in the order in which values are given.
+    start_time, duration, step_size : float
+        Of each point, s.
+    points_per_run : int
+        How many points one run goes on over.
+    method : Method
+        How the system is stepped.
+    measures : Measures
+        What is taken from each point.
+    """
+
+    system: System
+    files: Mapping[str, File]
+    choices: Mapping[str, Mapping[str, str]]
+    chosen: Mapping[str, str]
+    names: tuple[str, ...]
+    start_time: float
+    duration: float
+    step_size: float
+    points_per_run: int
+    method: Method
+    measures: Measures
+
+    def descriptions(self, chosen: Mapping[str, str]) -> dict[str, Description]:
+        """Return the descriptions of the components for a choice of FMUs."""
+        return {
+            part.name: self.files[self.choices[part.name][chosen[part.name]]].description
+            for part in self.system.components
+        }
+
+    def system_of(self, chosen: Mapping[str, str]) -> System:
+        """Return the system for a choice of FMUs; parameters that an FMU in another's place lacks are left out."""
+        if chosen == self.chosen:
+            return self.system
+        known = self.descriptions(chosen)
+        return replace(
+            self.system, components=tuple(_fitting(part, known[part.name]) for part in self.system.components)
+        )
+
+    def split(self, values: Mapping[str, Value]) -> tuple[dict[str, str], dict[str, Value]]:
+        """Tell the FMUs that are chosen from the values that are set."""
+        fmus = {name: str(value) for name, value in values.items() if name in self.choices}
+        return {**self.chosen, **fmus}, {name: value for name, value in values.items() if name not in self.choices}
+
+    @property
+    def takes_long_steps(self) -> bool:
+        """Tell whether a point is run in a long step up to its window: nothing is coupled, and no input moves."""
+        return (
+            self.measures.sampling is not None
+            and self.method.tolerance is None
+            and not self.method.implicit
+            and not self.system.connections
+            and all(isinstance(signal, Constant) for signal in self.system.inputs.values())
+            and all(file.description.can_vary_step for file in self.files.values())
+        )
+
+
+def _fitting(part: Component, description: Description) -> Component:
+    """Return a component with those of its parameters that an FMU has."""
+    kept = {name: value for name, value in part.parameters.items() if name in description.by_name}
+    return replace(part, parameters=kept)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep that is ready to be run.
+
+    Attributes
+    ----------
+    plan : Plan
+        What workers need.
+    design : Design
+        The points.
+    units : mapping of str to str
+        By name of what varies.
+    texts : mapping of str to str
+        What it is.
+    record : mapping of str to value
+        All that decides the results, by what it is; see `differing`.
+    told : mapping of str to value
+        What is recorded besides.
+    beginning : Beginning or None
+        What else is set at the first point of a line.
+    """
+
+    plan: Plan
+    design: Design
+    units: Mapping[str, str]
+    texts: Mapping[str, str]
+    record: Mapping[str, Any]
+    told: Mapping[str, Any]
+    beginning: Beginning | None = None
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what is kept of each point."""
+        return self.plan.measures.quantities
+
+    @property
+    def digest(self) -> str:
+        """Return the SHA-256 of all that decides the results."""
+        return hashlib.sha256(json.dumps(self.record, sort_keys=True).encode()).hexdigest()
+
+    def first_values(self, line: int) -> Mapping[str, Value]:
+        """Return what else is set at the first point of a line."""
+        return self.beginning(self.design.values(line, 0)) if self.beginning is not None else {}
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A scenario with its FMUs, read and not run.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        What it is of.
+    options : RunOptions
+        How to run it.
+    system : System
+        With the values of variant and options.
+    paths : mapping of str to Path
+        Files of the components.
+    descriptions : mapping of str to Description
+        Of the components.
+    """
+
+    scenario: Scenario
+    options: RunOptions
+    system: System
+    paths: Mapping[str, Path]
+    descriptions: Mapping[str, Description]
+
+    def variable(self, name: str) -> Variable | None:
+        """Return what is varied by a name; None where that is a whole component.
+
+        Raises
+        ------
+        SystemDefinitionError
+            If it does not exist, or cannot be set.
+        """
+        if "." not in name:
+            if name not in self.descriptions:
+                self.system.component_of(f"{name}.{name}")
+            return None
+        port = Port.parse(name)
+        part = self.system.component_of(port)
+        known = self.descriptions[part.name]
+        if port.variable not in known.by_name:
+            from cosim.system.compatibility import start_values  # which knows the sentence
+
+            start_values(replace(part, parameters={port.variable: 0.0}), known)
+        driver = next((each.source for each in self.system.connections if each.target == port), None)
+        if driver is not None:
+            raise SystemDefinitionError(f"{name} is driven by {driver}; expected what nothing drives")
+        return known.by_name[port.variable]
+
+    def typed(self, name: str, values: Sequence[Value]) -> list[Value]:
+        """Return values of what is varied by a name, read and checked by its type."""
+        variable = self.variable(name)
+        if variable is None:
+            return [str(value) for value in values]
+        read = [read_value(value, variable) if isinstance(value, Written) else value for value in values]
+        read = [in_declared_unit(name, variable, value) for value in read]
+        if variable.type == "Integer":
+            read = [int(value) if isinstance(value, float) and value.is_integer() else value for value in read]
+        if variable.type == "Real":
+            read = [float(value) if type(value) is int else value for value in read]
+        for value in read:
+            convert(name, variable, value)
+        return read
+
+
+def open_system(scenario: Scenario, options: RunOptions) -> Opened:
+    """Read what a scenario consists of.
+
+    Raises
+    ------
+    InputError
+        If something does not exist, or is a Python function.
+    """
+    system, descriptions, paths = described(scenario, options)
+    for name, callee in functions_of(system).items():
+        raise SystemDefinitionError(f"{name} is the Python function {callee.name}; a sweep takes FMUs only")
+    return Opened(scenario, options, system, paths, descriptions)
+
+
+def make_sweep(opened: Opened, design: Design, measures: Measures, beginning: Beginning | None) -> Sweep:
+    """Check a sweep as a whole, and make what workers need.
+
+    Raises
+    ------
+    InputError
+        If anything does not fit.
+    """
+    varied = [name for axis in design.axes for name in axis.values]
+    variables = {name: opened.variable(name) for name in varied}
+    _refuse_fixed(design, variables)
+    files: dict[str, File] = {}
+    choices: dict[str, dict[str, str]] = {}
+    for part in opened.system.components:
+        values = next((axis.values[part.name] for axis in design.axes if part.name in axis.values), None)
+        wanted = {str(part.fmu): opened.paths[part.name]} if values is None else _alternatives(opened, values)
+        choices[part.name] = {name: _add(files, path) for name, path in wanted.items()}
+    plan = Plan(
+        system=_driven(opened, variables, design),
+        files=files,
+        choices=choices,
+        chosen={part.name: str(part.fmu) for part in opened.system.components if part.name not in varied},
+        names=tuple(varied),
+        start_time=opened.scenario.start_time,
+        duration=_duration(opened),
+        step_size=opened.options.step_size or opened.scenario.step_size,
+        points_per_run=design.length,
+        method=opened.options.method(opened.scenario),
+        measures=measures,
+    )
+    _check(plan, design)
+    record, told = _record(opened, plan, design, beginning)
+    shown = {name: variable for name, variable in variables.items() if variable is not None}
+    units = {name: variable.unit.name if variable.unit else "" for name, variable in shown.items()}
+    return Sweep(plan, design, units, {n: v.description for n, v in shown.items()}, record, told, beginning)
+
+
+def _duration(opened: Opened) -> float:
+    """Return how long a point is run, s."""
+    stop, start = opened.options.stop_time or opened.scenario.stop_time, opened.scenario.start_time
+    if not (math.isfinite(stop) and stop > start):
+        raise InputError(f"stop time is {stop:g} s; expected a time after the start, {format_time(start)} s")
+    return stop - start
+
+
+def _refuse_fixed(design: Design, variables: Mapping[str, Variable | None]) -> None:
+    """Refuse to continue runs along what a run cannot change."""
+    if design.along is not None:
+        variable = variables[design.along]
+        if variable is None or variable.causality != "input":
+            kind = "a component" if variable is None else f"a {variable.causality}"
+            raise InputError(f"{design.along} is {kind}; runs are continued along an input only")
+
+
+def _alternatives(opened: Opened, values: Sequence[Value]) -> dict[str, Path]:
+    """Find the files of the FMUs that take the place of a component."""
+    packaging, folder = opened.options.packaging, opened.scenario.folder
+    return {str(value): locate_fmu(str(value), packaging, folder) for value in values}
+
+
+def _add(files: dict[str, File], path: Path) -> str:
+    """Read an FMU, and return its SHA-256."""
+    from cosim.fmi2.model_description import read_description
+
+    content = path.read_bytes()
+    digest = hashlib.sha256(content).hexdigest()
+    if digest not in files:
+        files[digest] = File(path.name, content, read_description(path))
+    return digest
+
+
+def _driven(opened: Opened, variables: Mapping[str, Variable | None], design: Design) -> System:
+    """Return the system in which inputs that vary are driven by constants, so that a run can go on with another."""
+    system = opened.system
+    first = design.values(0, 0)
+    inputs = {name: first[name] for name, each in variables.items() if each is not None and each.causality == "input"}
+    parts = tuple(
+        replace(
+            part,
+            parameters={n: value for n, value in part.parameters.items() if f"{part.name}.{n}" not in inputs},
+        )
+        for part in system.components
+    )
+    driven = {Port.parse(name): Constant(value) for name, value in inputs.items()}
+    return replace(system, components=parts, inputs={**system.inputs, **driven})
+
+
+def _check(plan: Plan, design: Design) -> None:
+    """Hold the system against the FMUs, for each choice of them, and columns against what they put out."""
+    values = design.values(0, 0)
+    axes = [axis for axis in design.axes if any(name in plan.choices for name in axis.values)]
+    for each in _combinations(plan, axes):
+        chosen, rest = plan.split({**values, **each})
+        descriptions = plan.descriptions(chosen)
+        check_system(plan.system_of(chosen).with_values(rest), descriptions)
+        for name in plan.measures.columns:
+            port = Port.parse(name)
+            output = descriptions[port.component].by_name.get(port.variable)
+            if output is None or output.causality != "output":
+                raise SystemDefinitionError(
+                    f"{name} is to be measured, and {chosen[port.component]} has no such output"
+                )
+        if design.along is not None:
+            _refuse_stateless(descriptions)
+    if plan.measures.window > plan.duration:
+        raise InputError(
+            f"points are run for {plan.duration:g} s; expected {plan.measures.window:g} s, which are measured, or more"
+        )
+
+
+def _combinations(plan: Plan, axes: Collection[Axis]) -> Iterator[dict[str, Value]]:
+    """Go through the choices of FMUs."""
+    names = [name for axis in axes for name in axis.values if name in plan.choices]
+    for values in product(*(plan.choices[name] for name in names)):
+        yield dict(zip(names, values, strict=True))
+
+
+def _refuse_stateless(descriptions: Mapping[str, Description]) -> None:
+    """Refuse to continue runs of FMUs whose states cannot be kept."""
+    for name, description in descriptions.items():
+        if not description.can_serialize_state:
+            raise InputError(
+                f"{name}: {description.model_name} cannot serialise its state (canSerializeFMUstate), so that its runs "
+                "cannot be continued; expected the branch rest"
+            )
+
+
+def _record(
+    opened: Opened, plan: Plan, design: Design, beginning: Beginning | None
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Write down what decides the results, and what else is to be known of them."""
+    components = record_components(opened.system, opened.paths, opened.descriptions)
+    for known in components.values():
+        del known["file"]
+    known_versions = versions()
+    record: dict[str, Any] = {
+        "format": FORMAT,
+        "product": known_versions["drillstring-cosim"],
+        "axes": {axis.name: {name: _digest(values) for name, values in axis.values.items()} for axis in design.axes},
+        "branch": "rest" if design.along is None else "down" if design.down else "up",
+        "scenario": opened.scenario.name,
+        "components": components,
+        "fmus": {name: dict(files) for name, files in plan.choices.items()},
+        "connections": [_connection(each) for each in plan.system.connections],
+        "inputs": {name: s.record() for name, s in plan.system.inputs.items() if name not in plan.names},
+        "start_time": plan.start_time,
+        "duration": plan.duration,
+        "step_size": plan.step_size,
+        "method": vars(plan.method),
+        "along": design.along or "",
+        "beginning": beginning.identity if beginning is not None else "",
+        "measures": [plan.measures.identity, plan.measures.window, [each.name for each in plan.measures.quantities]],
+    }
+    told = {
+        "title": opened.scenario.title,
+        "variant": opened.options.variant or "",
+        "packaging": opened.options.packaging,
+        "commit": commit() or "",
+        "versions": known_versions,
+        "steps": "long" if plan.takes_long_steps else "scenario",
+    }
+    return cast(dict[str, Any], json.loads(json.dumps(record))), told
+
+
+def _connection(connection: Any) -> str:
+    """Write a connection with what becomes of the value."""
+    how = [connection.factor, connection.offset, connection.unconverted, connection.table]
+    return f"{connection.source} -> {connection.target} {json.dumps(how)}"
+
+
+def _digest(values: Sequence[Value]) -> str:
+    """Return the SHA-256 of values."""
+    return hashlib.sha256(json.dumps(list(values)).encode()).hexdigest()
+
+
+_SENTENCES = {
+    "format": "is of another format",
+    "product": "was begun by another version",
+    "axes": "is over other values",
+    "components": "is of other FMUs or parameters",
+    "fmus": "is of other FMUs",
+    "branch": "is of another branch",
+}
+
+
+def differing(record: Mapping[str, Any], stored: Mapping[str, Any]) -> str | None:
+    """Say in what a stored record differs from that of a sweep; None if they are the same."""
+    for name, wanted in record.items():
+        if stored.get(name) == wanted:
+            continue
+        if name == "axes" and set(stored.get(name) or ()) == set(wanted):
+            bad = [axis for axis in wanted if wanted[axis] != stored[name][axis]]
+            return f"has other values of {', '.join('the samples' if each == SAMPLES else each for each in bad)}"
+        if name in ("format", "product", "branch"):
+            return f"{_SENTENCES[name]} ({stored.get(name)}, not {wanted})"
+        return _SENTENCES.get(name, f"has {'other' if name[-1] == 's' else 'another'} {name.replace('_', ' ')}")
+    return None

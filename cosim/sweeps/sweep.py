@@ -1,0 +1,211 @@
+"""Run a scenario over everything that varies, and keep what comes of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import Executor
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+from cosim.errors import InputError, SweepInterruptedError
+from cosim.run.options import OptionKeywords, RunOptions, chosen
+from cosim.scenario.file import opened_scenario
+from cosim.scenario.scenario import Scenario
+from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, sampled
+from cosim.sweeps.measures import Beginning, Measures, final_values
+from cosim.sweeps.reading import open_sweep
+
+if TYPE_CHECKING:
+    from cosim.sweeps.crew import Crew
+    from cosim.sweeps.plan import Opened, Sweep
+    from cosim.sweeps.store import SweepStore
+    from cosim.sweeps.work import Done
+
+Progress = Callable[[str, float], None]
+"""Takes how far it is, in words, and which part of all is done, from 0 to 1."""
+
+_FLUSH = 10.0
+"""Seconds after which what is done is written for readers, though its regions are not complete."""
+
+
+def sweep(
+    scenario: Scenario | str | Path,
+    output: str | Path,
+    *,
+    grid: Mapping[str, Values] | None = None,
+    samples: Mapping[str, Spread] | None = None,
+    count: int = 1000,
+    sampling: str = METHODS[0],
+    seed: int = 0,
+    branch: str = "rest",
+    along: str | None = None,
+    measures: Measures | None = None,
+    beginning: Beginning | None = None,
+    workers: int = 0,
+    scheduler: str | None = None,
+    executor: tuple[Executor, int] | None = None,
+    progress: Progress | None = None,
+    options: RunOptions | None = None,
+    **keywords: Unpack[OptionKeywords],
+) -> Any:
+    """Run a scenario at many points, each by its FMUs, and keep some numbers of each.
+
+    A sweep that was interrupted or killed is gone on with by the same call; one that is done is returned at once.
+
+    Parameters
+    ----------
+    scenario : Scenario, str or Path
+        As of `cosim.simulate`.
+    output : str or Path
+        The store, a folder by Zarr.
+    grid : mapping of str to text or values
+        By ``component.variable``: ``"2:20:65"`` or values of a parameter or input; or by component: names or paths of
+        FMUs to take its place. Each is a dimension.
+    samples : mapping of str to text, (float, float) or Distribution
+        Least and greatest value by ``component.variable``, or how it is distributed; they are drawn together: one
+        dimension, ``sample``.
+    count : int
+        How many samples.
+    sampling : str
+        ``"latin-hypercube"`` or ``"sobol"``.
+    seed : int
+        Draws the same samples again.
+    branch : str
+        ``"rest"``: each point begins anew. ``"up"`` or ``"down"``: each goes on from the state in which the one before
+        has ended, towards greater or less values of `along`.
+    along : str, optional
+        Of the grid, an input; by default the first of it.
+    measures : Measures, optional
+        What to keep of each point: by default severity of stick-slip, if a component has a bit, else final values.
+    beginning : Beginning, optional
+        What else is set where a line of points begins; by default, for ``"down"``, steady rotation of what has a bit.
+    workers : int
+        Processes to use; 0: one for each processor; 1: this one alone.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used instead.
+    executor : (Executor, int), optional
+        Any other executor, and how many it runs at once.
+    progress : callable, optional
+        Called several times a second.
+    options : RunOptions, optional
+        How to run each point; and so **keywords, as of `cosim.simulate`. What is for single runs is refused: `isolate`,
+        `limits`, `components` and `connections`.
+
+    Returns
+    -------
+    xarray.Dataset
+        What was kept, over the dimensions; read when it is asked for.
+
+    Raises
+    ------
+    InputError
+        If something asked for does not exist or does not fit, or the store is of another sweep.
+    RunError
+        If no worker can do the work.
+    SweepInterruptedError
+        If it was interrupted; a KeyboardInterrupt.
+    """
+    # with fmpy, which importing this module for its names does without
+    from cosim.sweeps.store import opened_store
+
+    choice = chosen(options, keywords)
+    _refuse_apart(choice)
+    with opened_scenario(scenario, choice.stop_time, choice.step_size) as given:
+        made = _made(
+            given, choice, (grid or {}, samples or {}, count, sampling, seed), (branch, along), measures, beginning
+        )
+    path = Path(output)
+    with ExitStack() as stack:
+        begin = partial(_crew, workers, scheduler, executor, made.design.lines)
+        crew = None if path.exists() else stack.enter_context(begin())  # who starts while a store is begun
+        store = stack.enter_context(opened_store(path, made))
+        if store.done < made.design.points:
+            _run(made, store, crew or stack.enter_context(begin()), path, progress)
+    return open_sweep(path)
+
+
+def _made(
+    scenario: Scenario,
+    options: RunOptions,
+    points: tuple[Mapping[str, Values], Mapping[str, Spread], int, str, int],
+    branch: tuple[str, str | None],
+    measures: Measures | None,
+    beginning: Beginning | None,
+) -> Sweep:
+    """Check what is asked for, and get it ready; what measures and begins is of the field where nothing is said."""
+    from cosim.drilling import reporting
+    from cosim.sweeps.plan import make_sweep, open_system
+
+    grid, samples, count, sampling, seed = points
+    opened = open_system(scenario, options)
+    axes = [_axis(opened, name, said) for name, said in grid.items()]
+    if samples:
+        axes.append(sampled(samples, count, sampling, seed))
+        axes[-1] = Axis(axes[-1].name, {name: opened.typed(name, list(v)) for name, v in axes[-1].values.items()})
+    design = product(axes, branch[1], branch[0])
+    found = measures or reporting.severity_of(opened.descriptions) or final_values(opened.descriptions)
+    if beginning is None and design.down:
+        beginning = reporting.rotation_of(opened.descriptions, opened.system)
+    return make_sweep(opened, design, found, beginning)
+
+
+def _axis(opened: Opened, name: str, said: Values) -> Axis:
+    """Read the values of an axis by the type of what varies."""
+    opened.variable(name)
+    return Axis(name, {name: opened.typed(name, read_values(name, said))})
+
+
+def _refuse_apart(options: RunOptions) -> None:
+    """Refuse what is for single runs."""
+    for name in ("isolate", "limits", "components", "connections"):
+        if getattr(options, name):
+            raise InputError(f"{name} is for single runs; points of a sweep run in processes of their workers")
+
+
+@contextmanager
+def _crew(workers: int, scheduler: str | None, executor: tuple[Executor, int] | None, most: int) -> Generator[Crew]:
+    """Get the workers that are asked for."""
+    from cosim.sweeps.crew import Crew, dask_cluster, process_pool
+
+    if executor is not None:
+        yield Crew(*executor)
+    elif scheduler is not None:
+        with dask_cluster(scheduler) as crew:
+            yield crew
+    else:
+        with process_pool(workers, most) as crew:
+            yield crew
+
+
+def _run(made: Sweep, store: SweepStore, crew: Crew, path: Path, progress: Progress | None) -> None:
+    """Run what is left, and keep it."""
+    from cosim.sweeps.dispatch import Dispatcher
+
+    total, before = made.design.points, store.done
+    began = flushed = time.monotonic()
+
+    def take(done: list[Done]) -> None:
+        nonlocal flushed
+        store.take(done)
+        if time.monotonic() - flushed > _FLUSH:
+            store.flush()
+            flushed = time.monotonic()
+
+    def look() -> None:
+        if progress is not None:
+            rate = (store.done - before) / max(1e-9, time.monotonic() - began)
+            failed = f", {store.failed} failed" if store.failed else ""
+            progress(f"{store.done} of {total} points, {rate:.3g} a second{failed}", store.done / total)
+
+    try:
+        Dispatcher(made, crew, store.left(), total - before).run(take, look)
+        look()
+    except KeyboardInterrupt:
+        store.flush()
+        raise SweepInterruptedError(path, store.done, total) from None
+    except BaseException:
+        store.flush()
+        raise

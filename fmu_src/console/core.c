@@ -10,8 +10,8 @@ typedef struct {
     double value[DS_VARIABLES]; /* by value reference */
     double slope[DS_VARIABLES]; /* derivatives of the inputs */
     ds_journal journal;
-    size_t size; /* bytes, of `memory` */
-    void *memory;
+    size_t size;  /* bytes, of the model in `memory` */
+    void *memory; /* of the model, and behind it as many bytes for what a step keeps */
 } ds_console;
 
 /* return an instance with its start values; null if there is no memory */
@@ -39,7 +39,7 @@ int DS_EXPORTED(start)(ds_console *console, double time)
     }
     if (size != console->size) {
         free(console->memory);
-        console->memory = malloc(size);
+        console->memory = calloc(2, size);
         console->size = console->memory != NULL ? size : 0;
     }
     if (console->memory == NULL) {

@@ -27,8 +27,13 @@ async function open(hash = "", options = {}) {
   return tab;
 }
 
-const reached = (tab, time) =>
-  tab.waitForFunction((wanted) => window.drillstring?.time >= wanted, time, { timeout: 30000 });
+async function reached(tab, time) {
+  const there = (wanted) => window.drillstring?.time >= wanted || !document.querySelector("#trouble").hidden;
+  await tab.waitForFunction(there, time, { timeout: 30000 });
+  if (await tab.isVisible("#trouble")) {
+    throw new Error(await tab.textContent("#trouble"));
+  }
+}
 const state = (tab) => tab.evaluate(() => window.drillstring.motion.state);
 
 // the first picture, and frames at real time: the best of a few tries, for the machine has other things to do as well

@@ -366,8 +366,8 @@ class Page {
     if (event.key === " ") {
       event.preventDefault();
       this.pause(!this.#paused);
-    } else if (event.key === "r" || event.key === "s") {
-      this.start(event.key === "r" ? "rest" : "steady");
+    } else if (["r", "s"].includes(event.key.toLowerCase())) {
+      this.start(event.key.toLowerCase() === "r" ? "rest" : "steady");
     }
   }
 

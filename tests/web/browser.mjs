@@ -145,6 +145,18 @@ for (const [name, options] of Object.entries({
   await tab.evaluate(() => document.querySelector("#more").open = false);
   report.scroll[name] = await tab.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
   await tab.screenshot({ path: `${folder}/${name}.png`, fullPage: true });
+  if (name === "narrow") {
+    // a finger on the map, arrows on it, and a preset
+    const asked = () => tab.evaluate(() => [window.drillstring.settings.omega, window.drillstring.settings.weight]);
+    const map = await tab.locator("#map").boundingBox();
+    await tab.locator("#map").tap({ position: { x: 0.9 * map.width, y: 0.5 * map.height } });
+    report.tapped = await asked();
+    await tab.locator("#map").press("ArrowLeft");
+    await tab.locator("#map").press("ArrowUp");
+    report.moved = await asked();
+    await tab.selectOption("#preset", { label: "Fig. 4: higher speed" });
+    report.preset = await asked();
+  }
 }
 await browser.close();
 writeFileSync(`${folder}/report.json`, JSON.stringify(report));

@@ -103,6 +103,14 @@ def test_the_run_is_saved_with_names_and_start(report: dict[str, Any]) -> None:
     assert dict(zip(names, map(float, first), strict=True))["time"] == 0.0
 
 
+def test_the_map_takes_fingers_and_arrow_keys_and_presets_are_the_figures(report: dict[str, Any]) -> None:
+    speed, weight = report["tapped"]
+    assert 20.0 < speed < 25.0
+    assert 80e3 < weight < 140e3
+    assert report["moved"] == pytest.approx([speed - 0.25, weight + 2500.0])
+    assert report["preset"] == [20.0, WEIGHT]
+
+
 def test_the_space_bar_pauses(report: dict[str, Any]) -> None:
     assert report["paused"] == "Go on"
 

@@ -4,7 +4,7 @@ import { Controls } from "./controls";
 import { draw } from "./drawing";
 import { History, motion, type Motion } from "./history";
 import { SeverityMap } from "./map";
-import type { Answer, MapAnswer, MapOrder, Order } from "./orders";
+import { AXES, type Answer, type MapAnswer, type MapOrder, type Order } from "./orders";
 import type { Program } from "./replay";
 import { changed, defaults, fromAddress, LAWS, limits, PRESETS, toAddress, unit, type From, type Settings } from "./settings";
 import { Traces } from "./traces";
@@ -174,7 +174,8 @@ class Page {
       this.#mapChanged = true;
       element("progress").textContent =
         answer.failed !== undefined ? `There is no map: ${answer.failed}` :
-        answer.part < 1 ? `Computing the map: ${Math.round(100 * answer.part)} %` : "The map is complete.";
+        answer.complete ? "The map is complete." :
+        `Computing the map, ${AXES.cells / answer.size} × ${AXES.cells / answer.size}: ${Math.round(100 * answer.part)} %`;
     }
   }
 

@@ -1,23 +1,11 @@
 /** The severity map: squares as the worker finds them, the linear threshold, and the present point. */
 
-import { AXES, type Square } from "./orders";
+import { AXES, kind, KINDS, type Kind, type Square } from "./orders";
 import { unit, type Settings } from "./settings";
 import { criticalSlope, threshold } from "./theory";
 import { colour } from "./traces";
 
 const [LEFT, RIGHT, TOP, BOTTOM] = [52, 8, 8, 38];
-const KINDS = ["steady", "bistable", "sticks", "still"] as const;
-type Kind = (typeof KINDS)[number];
-
-export function kind(square: Square): Kind {
-  if (!square.restSticks && !square.steadySticks) {
-    return "steady";
-  }
-  if (square.rest === Infinity && square.steady === Infinity) {
-    return "still";
-  }
-  return square.steadySticks ? "sticks" : "bistable";
-}
 
 export class SeverityMap {
   readonly #canvas: HTMLCanvasElement;

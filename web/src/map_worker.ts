@@ -1,7 +1,7 @@
 /** The worker of the severity map: all places of a grid over drive speed and weight, coarse to fine. */
 
 import { Core } from "./core";
-import { AXES, type MapAnswer, type MapOrder, type Square } from "./orders";
+import { AXES, kind, type Kind, type MapAnswer, type MapOrder, type Square } from "./orders";
 import type { Settings } from "./settings";
 import { severity } from "./severity";
 
@@ -32,31 +32,66 @@ function breathe(): Promise<void> {
   });
 }
 
+/** The kinds of a grid's squares, to tell where the next finer one can show anything new. */
+class Grid {
+  readonly #kinds = new Map<string, Kind>();
+
+  constructor(readonly size: number) {}
+
+  take(square: Square): void {
+    this.#kinds.set(`${square.column} ${square.row}`, kind(square));
+  }
+
+  /** Whether the square that holds a place differs in kind from one beside it. */
+  isMixed(column: number, row: number): boolean {
+    const [left, low] = [column - (column % this.size), row - (row % this.size)];
+    const around = [-1, 0, 1].flatMap((x) =>
+      [-1, 0, 1].map((y) => this.#kinds.get(`${left + x * this.size} ${low + y * this.size}`)),
+    );
+    return new Set(around.filter((each) => each !== undefined)).size > 1;
+  }
+}
+
+/** Places of a grid to be computed: all, but of the finest grid only those where the one before it is mixed. */
+function places(size: number, before: Grid | null): [number, number][] {
+  const found: [number, number][] = [];
+  for (let row = 0; row < AXES.cells; row += size) {
+    for (let column = 0; column < AXES.cells; column += size) {
+      if (size > 1 || before === null || before.isMixed(column, row)) {
+        found.push([column, row]);
+      }
+    }
+  }
+  return found;
+}
+
 async function map(loaded: Core, settings: Settings, run: number): Promise<void> {
   const finest = settings.law === "none" ? 1 : 2; // a law takes ten times as long
-  let total = 0;
+  let before: Grid | null = null;
   for (let size = COARSEST; size >= finest; size /= 2) {
-    total += (AXES.cells / size) ** 2;
-  }
-  let done = 0;
-  for (let size = COARSEST; size >= finest; size /= 2) {
+    const grid = new Grid(size);
+    const all = places(size, before);
     let squares: Square[] = [];
     let last = performance.now();
-    for (let row = 0; row < AXES.cells; row += size) {
-      for (let column = 0; column < AXES.cells; column += size) {
-        squares.push(judge(loaded, settings, column, row, size));
-        done += 1;
-        if (performance.now() - last > 100) {
-          postMessage({ run, squares, part: done / total } satisfies MapAnswer);
-          [squares, last] = [[], performance.now()];
-          await breathe();
-          if (run !== wanted) {
-            return;
-          }
+    for (const [index, [column, row]] of all.entries()) {
+      const square = judge(loaded, settings, column, row, size);
+      grid.take(square);
+      squares.push(square);
+      const done = index + 1 === all.length;
+      if (done || performance.now() - last > 100) {
+        const part = done ? 1 : (index + 1) / all.length;
+        postMessage({ run, squares, size, part, complete: done && size === finest } satisfies MapAnswer);
+        [squares, last] = [[], performance.now()];
+        await breathe();
+        if (run !== wanted) {
+          return;
         }
       }
     }
-    postMessage({ run, squares, part: done / total } satisfies MapAnswer);
+    if (all.length === 0) {
+      postMessage({ run, squares, size, part: 1, complete: size === finest } satisfies MapAnswer);
+    }
+    before = grid;
   }
 }
 
@@ -70,7 +105,7 @@ onmessage = async (event: MessageEvent<MapOrder>): Promise<void> => {
       await map(await core, order.settings, order.run);
     } catch (error) {
       const failed = error instanceof Error ? error.message : String(error);
-      postMessage({ run: order.run, squares: [], part: 0, failed } satisfies MapAnswer);
+      postMessage({ run: order.run, squares: [], size: 0, part: 0, complete: false, failed } satisfies MapAnswer);
     }
   }
 };

@@ -42,11 +42,26 @@ export interface Square {
   readonly steadySticks: boolean;
 }
 
-/** Squares of a map, and which part of its work is done with them. */
+export const KINDS = ["steady", "bistable", "sticks", "still"] as const;
+export type Kind = (typeof KINDS)[number];
+
+export function kind(square: Square): Kind {
+  if (!square.restSticks && !square.steadySticks) {
+    return "steady";
+  }
+  if (square.rest === Infinity && square.steady === Infinity) {
+    return "still";
+  }
+  return square.steadySticks ? "sticks" : "bistable";
+}
+
+/** Squares of a map, and which part of the grid of this size of square is done with them. */
 export interface MapAnswer {
   readonly run: number;
   readonly squares: readonly Square[];
+  readonly size: number;
   readonly part: number;
+  readonly complete: boolean;
   /** why there is no map */
   readonly failed?: string;
 }

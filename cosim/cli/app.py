@@ -185,6 +185,21 @@ def plot(
 
 
 @app.command()
+def report(
+    folders: Annotated[list[Path], typer.Argument(help="Of finished runs, leagues or sweeps.", metavar="FOLDER...")],
+    output: Annotated[Path, typer.Option(help="The .html file to write.")] = Path("report.html"),
+    units: Annotated[str, typer.Option(help="si, or field: rpm, klbf, kft.lbf.")] = "si",
+    title: Annotated[str, typer.Option(help="By default that of what was run.")] = "",
+) -> None:
+    """Write what was run and what came of it as one HTML file to send on: plots, system, verdicts, commands."""
+    from cosim.cli.reports import write_report
+
+    with sentences():
+        target = write_report(folders, output, units=units, title=title)
+        new_console().print(Text(f"wrote {target}"), soft_wrap=True)
+
+
+@app.command()
 def export(
     scenario: ScenarioArgument,
     file: Annotated[Path | None, typer.Argument(help="The .ssp file to write.", metavar="[FILE.ssp]")] = None,

@@ -38,6 +38,21 @@ _NAMES = {
 }
 
 
+STEADY = 0.5
+"""Greatest less least bit speed of what is called steady [rad/s]."""
+
+_ENERGIES = {
+    "stored_at_start": "stored at the start",
+    "drive_work": "given by the drive",
+    "top_loss": "lost at the top",
+    "string_loss": "lost along the string",
+    "bit_loss": "lost at the bit",
+    "folded": "taken from the waves by the method",
+    "stored": "stored at the end",
+    "residual": "not accounted for",
+}
+
+
 class Looks(TypedDict, total=False):
     """Looks of a view that are no matter of drilling."""
 
@@ -76,6 +91,30 @@ class Findings:
     def cells(self) -> tuple[str, ...]:
         """Return the row of a table whose columns `headings` names; dashes where there is nothing."""
         return oscillation.cells(self.measures)
+
+    def verdict(self) -> tuple[str, str]:
+        """Judge the motion of the bit at the end of the run, in a word or two and in a sentence."""
+        found = self.measures
+        if found is None:
+            return "not judged", "nothing tells how a bit moved"
+        stuck, swing = float(found.stuck_fraction), float(found.peak - found.minimum)
+        if stuck >= 1.0:
+            return "stuck", f"the bit does not turn over {found.window}"
+        if stuck > 0.0:
+            repeats = f", every {found.period:.6g} s" if found.period is not None else ""
+            return "stick-slip", f"the bit is stuck {100.0 * stuck:.3g} % of the time{repeats}, over {found.window}"
+        if swing > STEADY:
+            return (
+                "oscillating",
+                f"the bit does not stick, but its speed swings by {swing:.3g} rad/s over {found.window}",
+            )
+        return "steady", f"the speed of the bit swings by {swing:.3g} rad/s over {found.window}"
+
+    def balance(self) -> dict[str, float]:
+        """Return the energies of the balance [J] by what they are; nothing where no balance is known."""
+        if self.energy is None:
+            return {}
+        return {text: self.energy[name] for name, text in _ENERGIES.items() if name in self.energy}
 
     def sentence(self) -> str:
         """Say over which window was measured, and what folded breaks did, if there were any."""

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from cosim import Method, Result
-from cosim.cli.terminal import statement
 from cosim.master.observation import LateWatch
 from cosim.recording.record import Window
+from cosim.report.statement import statement
 from cosim.run.report import CouplingReport
 from cosim.system.description import Unit, Variable
 from cosim.system.structure import Connection

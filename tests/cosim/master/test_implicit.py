@@ -10,8 +10,8 @@ import pytest
 from scipy.linalg import expm
 
 from cosim import Component, Connection, Constant, Method, SlaveError, Step, System, co_simulate, ramp
-from cosim.cli.terminal import statement
 from cosim.errors import LoopError, RunError, SystemDefinitionError
+from cosim.report.statement import statement
 from cosim.run.report import CouplingReport
 from cosim.system.description import Variable
 from tests.cosim.fakes import FakeSlave, LinearSlave, describe

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from cosim import InputError, Method, SlaveError, Step, co_simulate, ramp
-from cosim.cli.terminal import statement
 from cosim.errors import SystemDefinitionError
+from cosim.report.statement import statement
 from cosim.run.report import CouplingReport
 from tests.cosim.fakes import FakeSlave, LinearSlave, describe
 from tests.cosim.master.test_implicit import OSCILLATOR, exact_speed, oscillator, run, system

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from cosim import LoopError, load_scenario, simulate
 from cosim.cli.app import app
-from cosim.cli.terminal import statement
 from cosim.drilling.oscillation import Measures, measure
+from cosim.report.statement import statement
 from cosim.run.report import CouplingReport
 from cosim.scenario.file import scenario_names
 

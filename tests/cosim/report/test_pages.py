@@ -1,0 +1,287 @@
+"""Reports as files: what is in them, that nothing in them acts, and that they are small and the same each time."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shlex
+import shutil
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from lxml import html
+from typer.testing import CliRunner
+
+from cosim import open_sweep, open_variants
+from cosim.cli.app import app
+from cosim.cli.reports import write_report
+from cosim.errors import InputError, MissingPackageError, OutputError
+from cosim.report.diagram import in_order, lay_out, ways
+from cosim.report.lines import kept_rows, line, shares
+from tests.cosim.report.conftest import changed
+from tests.cosim.run.jobs import sketch
+
+EVIL = '</script><script>alert(1)</script>"\x1b[31m\u202e$$x$$'
+
+
+def read(path: Path) -> Any:
+    return html.fromstring(path.read_bytes(), parser=html.HTMLParser(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def page(run_of_two: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_report([run_of_two], tmp_path_factory.mktemp("page") / "report.html")
+
+
+def test_a_run_is_told_whole(page: Path, run_of_two: Path) -> None:
+    tree = read(page)
+    text = " ".join(tree.text_content().split())
+    record = open_variants(run_of_two)["heavy"].record
+    for told in (
+        "Two weights",
+        "light",
+        "heavy",
+        record["components"]["plant"]["sha256"],
+        record["commit"] or "not known",
+    ):
+        assert told in text
+    verdicts = [each.text_content().split()[:2] for each in tree.xpath("//ul[@class='verdicts']/li")]
+    assert verdicts == [["light", "steady"], ["heavy", "stick-slip"]]
+    rows = tree.xpath("//section[@id='parameters']//tbody/tr")
+    given = {row[0].text_content().split()[0]: [cell.text for cell in row[1:4]] for row in rows}
+    assert given["L"] == ["m", "1172", "1172"]
+    assert given["WOB"] == ["N", "30000", "97347"]
+    assert "plant" in tree.xpath("//*[local-name()='svg'][@class='diagram']")[0].text_content()
+
+
+def test_two_variants_of_10_001_rows_stay_below_2_mb(page: Path, run_of_two: Path) -> None:
+    assert open_variants(run_of_two)["light"].time.size == 10_001
+    assert page.stat().st_size < 2_000_000
+
+
+def test_the_same_run_gives_the_same_bytes(page: Path, run_of_two: Path, tmp_path: Path) -> None:
+    assert write_report([run_of_two], tmp_path / "again.html").read_bytes() == page.read_bytes()
+
+
+def test_a_page_can_be_read_without_eyes_and_without_a_mouse(page: Path) -> None:
+    tree = read(page)
+    assert tree.get("lang") == "en"
+    for landmark in ("header", "nav", "main", "footer", "h1"):
+        assert len(tree.xpath(f"//{landmark}")) == 1, landmark
+    assert all(table.xpath("./caption") and table.xpath(".//th[@scope]") for table in tree.xpath("//table"))
+    ids = tree.xpath("//@id")
+    assert len(ids) == len(set(ids))
+    for reference in tree.xpath("//@aria-labelledby | //a/@href"):
+        assert reference.removeprefix("#") in ids
+    for field in tree.xpath("//input | //select"):
+        assert field.xpath("ancestor::label"), field.get("id")
+    assert all(each.get("tabindex") == "0" for each in tree.xpath("//div[@class='scrolled']"))
+    for drawn in tree.xpath("//div[@class='panel'] | //*[local-name()='svg'][@role='img']"):
+        assert drawn.get("aria-labelledby") in ids
+    levels = [int(each.tag[1]) for each in tree.iter("h1", "h2", "h3")]
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+
+
+def test_only_scripts_that_are_named_by_their_hashes_run_and_nothing_is_asked_for(page: Path) -> None:
+    tree = read(page)
+    policy = tree.xpath("//meta[@http-equiv='Content-Security-Policy']/@content")[0]
+    assert "default-src 'none'" in policy
+    assert len(re.findall("sha256-", policy)) == 2
+    assert "unsafe-inline" not in policy.partition("script-src")[2]
+    assert not tree.xpath("//@src | //link | //@onclick")
+
+
+def test_texts_of_a_run_act_upon_nothing(run_of_two: Path, tmp_path: Path) -> None:
+    def poison(content: dict[str, Any]) -> None:
+        content["title"] = EVIL
+        content["commit"] = EVIL
+        first = content["variants"][0]
+        first["variant"] = EVIL
+        first["components"]["plant"]["model"] = EVIL
+        first["components"]["plant"]["parameters"][EVIL] = EVIL
+        first["guards"] = {EVIL: {"points": 1, "first": 0.0, "last": 1.0}}
+        first["connections"] = [f"plant.{EVIL} -> plant.{EVIL}"]
+        first["loops"] = [f"plant.{EVIL} -> plant.{EVIL}"]
+        first["units"]["plant.bit_speed"] = EVIL
+
+    poisoned = changed(run_of_two, tmp_path / "run", poison)
+    content = json.loads((poisoned / "manifest.json").read_text())
+    content["variants"] = content["variants"][:1]  # units have to agree
+    changed(poisoned, tmp_path / "one", lambda told: told.update(variants=told["variants"][:1]))
+    page = write_report([tmp_path / "one"], tmp_path / "report.html", title=EVIL)
+    text = page.read_text(encoding="utf-8")
+    assert "\x1b" not in text
+    assert "\u202e" not in text
+    assert len(read(page).xpath("//script")) == 3
+    assert "alert(1)</script>" not in text
+    assert "\\x1b[31m" in read(page).xpath("//h1")[0].text_content()
+
+
+def test_runs_are_compared_by_the_names_of_their_folders_in_units_of_the_field(
+    run_of_two: Path, tmp_path: Path
+) -> None:
+    other = changed(run_of_two, tmp_path / "other", lambda told: told.update(title="Other"))
+    tree = read(write_report([run_of_two, other], tmp_path / "both.html", units="field"))
+    assert tree.xpath("//h1")[0].text == "Runs compared"
+    names = [each.text for each in tree.xpath("//ul[@class='verdicts']/li/b")]
+    assert names == [f"{folder}, {name}" for folder in (run_of_two, other) for name in ("light", "heavy")]
+    assert "plant.bit_speed [rpm]" in tree.xpath("//figcaption")[0].text
+
+
+def test_a_league_is_told_whole(league: Path, tmp_path: Path) -> None:
+    tree = read(write_report([league], tmp_path / "league.html"))
+    rows = [[cell.text_content() for cell in row] for row in tree.xpath("//table[@class='standings']//tr")]
+    assert rows[0] == ["condition", "soft", "ordinary"]
+    assert rows[1] == ["10 rad/s", "2.7 sSSI 4e-07", "stuckSSI 1.6"]
+    assert rows[2] == ["7 rad/s", "fails", "stuckSSI 2.8"]
+    assert rows[3] == ["conditions mastered", "1 of 2", "0 of 2"]
+    text = tree.text_content()
+    assert "soft, slow: the motor burnt" in text
+    assert "0.4+" in text
+    assert not tree.xpath("//script")
+
+
+def test_a_sweep_is_told_whole(sweep_of_six: Path, tmp_path: Path) -> None:
+    page = write_report([sweep_of_six], tmp_path / "map.html", units="field")
+    tree = read(page)
+    assert "Map over plant.Omega, 2 values from 47.7465 to 143.239 rpm and plant.WOB, 3 values" in tree.text_content()
+    (told,) = json.loads(tree.xpath("//script[@id='data']")[0].text)["maps"]
+    stored = open_sweep(sweep_of_six)
+    program, *arguments = shlex.split(tree.xpath("//pre/code")[0].text)
+    assert program == "cosim"
+    done = CliRunner().invoke(app, [*arguments, "--workers", "1", "--output", str(tmp_path / "again.zarr")])
+    assert done.exit_code == 0, done.output
+    assert open_sweep(tmp_path / "again.zarr").attrs["sha256"] == stored.attrs["sha256"]
+    assert told["axes"][1]["values"] == pytest.approx([4.49618, 13.48854, 22.4809], rel=1e-6)
+    speeds = next(each for each in told["measures"] if each["name"] == "bit_speed_max")
+    least, part, text = speeds["values"]
+    shown = least + part * np.frombuffer(base64.b64decode(text), dtype="<u2")
+    # row by row of the weights; of 65,534 parts of the range
+    assert shown == pytest.approx(stored["bit_speed_max"].values.T.ravel() * 30.0 / np.pi, abs=part)
+    assert write_report([sweep_of_six], tmp_path / "again.html", units="field").read_bytes() == page.read_bytes()
+
+
+def test_a_damaged_store_is_a_sentence(sweep_of_six: Path, tmp_path: Path) -> None:
+    store = tmp_path / "map.zarr"
+    shutil.copytree(sweep_of_six, store)
+    chunk = next(path for path in sorted((store / "ssi").iterdir()) if not path.name.startswith("."))
+    chunk.write_bytes(b"damage")
+    with pytest.raises(InputError, match=r"map\.zarr holds a sweep that is damaged"):
+        write_report([store], tmp_path / "report.html")
+
+
+def test_a_sweep_over_another_number_of_dimensions_is_refused(tmp_path: Path) -> None:
+    arguments = ["sweep", "stick-slip", "--grid", "plant.Omega=5,15", "--workers", "1", "--stop-time", "30"]
+    done = CliRunner().invoke(app, [*arguments, "--output", str(tmp_path / "line.zarr")])
+    assert done.exit_code == 0, done.output
+    with pytest.raises(InputError, match=r"varies over plant\.Omega; expected a sweep over two dimensions"):
+        write_report([tmp_path / "line.zarr"], tmp_path / "report.html")
+
+
+def test_what_cannot_be_reported_is_a_sentence(run_of_two: Path, league: Path, tmp_path: Path) -> None:
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    target = tmp_path / "report.html"
+    with pytest.raises(InputError, match="empty holds no finished run, league or sweep"):
+        write_report([empty], target)
+    with pytest.raises(InputError, match=r"holds a run and .* a league; expected folders of one kind"):
+        write_report([run_of_two, league], target)
+    with pytest.raises(InputError, match="unfinished run"):
+        write_report([changed(run_of_two, tmp_path / "part", lambda told: told.update(state="unfinished"))], target)
+    with pytest.raises(InputError, match=r"manifest.json is damaged: .* missing .* \'connections\'"):
+        write_report([changed(run_of_two, tmp_path / "torn", lambda t: t["variants"][0].pop("connections"))], target)
+    with pytest.raises(InputError, match=r"report\.txt: expected a name that ends in \.html"):
+        write_report([run_of_two], tmp_path / "report.txt")
+    with pytest.raises(InputError, match="there are no units 'imperial'"):
+        write_report([run_of_two], target, units="imperial")
+    with pytest.raises(InputError, match="told in SI units"):
+        write_report([league], target, units="field")
+    with pytest.raises(OutputError, match="cannot be written"):
+        write_report([league], tmp_path / "absent" / "report.html")
+    (league / "scores.csv").write_text("law,condition\nsoft\n")
+    with pytest.raises(InputError, match="holds a league that is damaged"):
+        write_report([league], target)
+    assert not target.exists()
+
+
+def test_a_missing_package_is_named_with_what_brings_it(
+    run_of_two: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "bokeh.models", None)
+    with pytest.raises(MissingPackageError, match=r"a report needs the package bokeh.*drillstring-cosim\[report\]"):
+        write_report([run_of_two], tmp_path / "report.html")
+
+
+def test_the_command_in_a_report_repeats_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cosim.drilling.reporting.draw", sketch)
+
+    def cosim(*arguments: object) -> None:
+        done = CliRunner().invoke(app, list(map(str, arguments)))
+        assert done.exit_code == 0, done.output
+
+    changes = ["--set", "plant.L=1500", "--set", "plant.WOB=80 kN", "--step-size", "0.05", "--stop-time", "3"]
+    cosim("run", "bit-damping", *changes, "--output", tmp_path / "first")
+    cosim("report", tmp_path / "first", "--output", tmp_path / "report.html")
+    (command,) = read(tmp_path / "report.html").xpath("//section[@id='reproduce']/pre/code/text()")
+    program, *arguments = shlex.split(command)
+    assert (program, arguments[:2]) == ("cosim", ["run", "bit-damping"])
+    cosim(*arguments, "--output", tmp_path / "second")
+    first, second = open_variants(tmp_path / "first"), open_variants(tmp_path / "second")
+    assert list(first) == list(second)
+    assert all(first[name] == second[name] for name in first)
+
+
+def test_a_line_keeps_extremes_and_ends_of_a_run() -> None:
+    values = np.random.default_rng(3).normal(size=10_001)
+    values[[17, 9000]] = 50.0, -50.0
+    rows = kept_rows(values, 400)
+    assert rows.size <= 400
+    assert {0, 17, 9000, 10_000} <= set(rows.tolist())
+    assert np.all(np.diff(rows) > 0)
+    assert kept_rows(np.ones(10_001), 400).tolist() == [0, 10_000]
+    assert kept_rows(values, 10_001).size == 10_001
+
+
+def test_a_line_is_packed_to_a_part_in_65_000_of_its_range() -> None:
+    times = np.linspace(0.0, 100.0, 5001)
+    values = np.sin(times)
+    values[100] = np.nan
+    found = line(times, values, 9999)
+    assert found is not None
+    least, part, text = found.to_json()["y"]
+    parts = np.frombuffer(base64.b64decode(text), dtype="<u2")
+    assert parts[100] == 65535
+    there = np.arange(5001) != 100
+    assert np.abs(least + parts * part - values)[there].max() <= 2.0 / 65000
+    assert line(times, np.array(["a"] * 5001, dtype=object), 100) is None
+
+
+def test_points_are_shared_out_and_signals_without_any_left_out() -> None:
+    names = [f"a.{number}" for number in range(10_000)]
+    points = shares(names, ["a.7"], 2, 90_000)
+    assert sum(points.values()) * 2 <= 90_000
+    assert points["a.7"] > points["a.8"] >= 60
+    assert "a.9999" not in points
+
+
+def test_components_stand_below_what_they_take_from_and_loops_are_marked() -> None:
+    connections = ["law.u -> drive.u", "drive.v -> plant.v", "plant.w -> law.w", "plant.t -> drive.t"]
+    found = ways(["plant", "drive", "law"], connections, ["drive.v -> plant.v -> plant.t -> drive.t -> drive.v"])
+    assert [(way.source, way.target, way.looped) for way in found] == [
+        ("law", "drive", False), ("drive", "plant", True), ("plant", "law", False), ("plant", "drive", True),
+    ]  # fmt: skip
+    order = in_order(["plant", "drive", "law"], found)
+    drawn = lay_out({name: [name.upper()] for name in ("plant", "drive", "law")}, found)
+    assert drawn is not None
+    assert [box.name for box in drawn.boxes] == order
+    assert len(drawn.arrows) == 4
+    places = [(box.y, box.y + box.height) for box in drawn.boxes]
+    assert all(above[1] < below[0] for above, below in pairwise(places))
+
+
+def test_a_system_too_large_is_not_drawn() -> None:
+    assert lay_out({f"c{number}": [] for number in range(500)}, ()) is None

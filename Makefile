@@ -4,6 +4,7 @@
 #   make test   format, lint, types, and every test
 #   make verify hold the product against laws, and the paper's claims against the product: a report
 #   make endurance  let each law drill for a day: a table (LAW=, HOURS=, SEED=)
+#   make console  the driller's console, a page for the browser; needs Node.js and npm: build/console/console.html
 #   make fuzz   make up calls to the C code of an FMU until one goes wrong (MODEL=, DURATION=)
 PYTHON ?= python3
 VENV   := .venv
@@ -16,8 +17,8 @@ endif
 # What Python has compiled is kept, whatever the shell says: the tests start thousands of processes that import the same.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify endurance coverage sanitize fuzz bench wheel \
-    check-release pins hunt clean
+.PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify endurance coverage sanitize fuzz bench \
+    console wheel check-release pins hunt clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
@@ -107,8 +108,13 @@ $(VENV)/bench-installed: requirements/bench.txt $(VENV)/installed
 	$(call install,requirements/bench.txt)
 	@touch $@
 
-# A wheel that runs in any folder without a compiler: it holds the FMUs and the step loop for every platform.
-wheel: setup
+# One page in build/console that needs nothing else; with the packages of npm that web/package-lock.json pins.
+console: setup
+	$(BIN)/python -m fmu_src.console
+
+# A wheel that runs in any folder without a compiler: it holds the FMUs and the step loop for every platform, and
+# the console if npm is there.
+wheel: setup $(if $(shell command -v npm 2>/dev/null),console)
 	rm -rf dist/wheel
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --wheel-dir dist/wheel .
 

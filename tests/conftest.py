@@ -37,7 +37,7 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def _untracked(folder: str, names: list[str]) -> set[str]:
     """Return what of a folder is none of the sources."""
-    made = {*MADE} if Path(folder) == ROOT else {"built"}
+    made = {*MADE} if Path(folder) == ROOT else {"built", "node_modules"}
     return {name for name in names if name[0] == "." or name.endswith((".egg-info", "__pycache__")) or name in made}
 
 

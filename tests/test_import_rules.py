@@ -20,7 +20,7 @@ their maps, and reports for a browser."""
 
 MOST_IN_A_PACKAGE = 15
 
-UPWARDS = ("fmu_src.page", "fmu_src.python", "fmu_src.fmus", "fmu_src.build")
+UPWARDS = ("fmu_src.page", "fmu_src.python", "fmu_src.fmus", "fmu_src.build", "fmu_src.console")
 """Packages of fmu_src by height; below them are its own modules: tables, and where things lie."""
 
 MOST_FLOORS = 8

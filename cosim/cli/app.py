@@ -230,6 +230,20 @@ def export(
 
 
 @app.command()
+def console(
+    path: Annotated[bool, typer.Option("--path", help="Write where the page lies, and open nothing.")] = False,
+) -> None:
+    """Open the driller's console in the browser: turn the string, and see when it begins to stick."""
+    from cosim.cli.console_page import console_page, open_page
+
+    with sentences():
+        page = console_page()
+        if not path:
+            open_page(page)
+        new_console().print(page, soft_wrap=True, highlight=False, markup=False)
+
+
+@app.command()
 def check(
     fmu: Annotated[Path, typer.Argument(help="An FMU by FMI 2.0 for co-simulation, anybody's.", metavar="FILE.fmu")],
     reference: Annotated[

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -75,12 +76,18 @@ def _built_files() -> Generator[None]:
     try:
         build_all(_BUILT)
         build_step_loops(_BUILT / "step_loop")
+        _take_console()
         commit = _commit()
         if commit:
             (_BUILT / "commit.txt").write_text(f"{commit}\n", encoding="utf-8")
         yield
     finally:
         shutil.rmtree(_BUILT, ignore_errors=True)
+
+
+def _take_console() -> None:
+    """Take up the console if `make console` has built it of these sources: a wheel can be built without node."""
+    subprocess.run([sys.executable, "-m", "fmu_src.console", "--take", str(_BUILT)], cwd=_ROOT, check=True)
 
 
 def _commit() -> str | None:

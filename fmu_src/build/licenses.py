@@ -38,9 +38,9 @@ def license_files(packaging: Packaging, targets: Sequence[Target]) -> dict[str, 
     if packaging is Packaging.PYTHON:
         texts = {_PYTHONFMU: project.license_text("pythonfmu")}
     else:
-        texts = {_FMI_HEADERS: _header_license(), _ZIG: _zig_text("LICENSE")}
+        texts = {_FMI_HEADERS: _header_license(), _ZIG: zig_text("LICENSE")}
         if any("windows" in triple for target in targets for triple in target.triples):
-            texts[_MINGW] = _zig_text("lib/libc/mingw/COPYING")
+            texts[_MINGW] = zig_text("lib/libc/mingw/COPYING")
     listed = "".join(f"  {name}: {what}\n" for name, what in texts)
     files = {ENTRY: project.license_text() + _OTHERS + listed}
     files |= {f"{FOLDER}/{name}": text for (name, _), text in texts.items()}
@@ -57,7 +57,8 @@ def _header_license() -> str:
     return "\n".join(line.strip() for line in found[0].splitlines()) + "\n"
 
 
-def _zig_text(name: str) -> str:
+def zig_text(name: str) -> str:
+    """Return a text that the installed zig brings, by its path; BuildError if it brings none."""
     spec = find_spec("ziglang")
     path = Path(spec.origin).parent / name if spec and spec.origin else None
     if path is None or not path.is_file():

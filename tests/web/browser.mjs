@@ -1,0 +1,162 @@
+// Look at the console in Chromium: node browser.mjs PAGE CHROMIUM FOLDER writes report.json and pictures to the folder.
+import { readFileSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { pathToFileURL } from "node:url";
+
+const [page, chromium, folder] = process.argv.slice(2);
+const require = createRequire(new URL("../../web/package.json", import.meta.url));
+const playwright = require("playwright-core");
+const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+const programs = JSON.parse(readFileSync(0, "utf8"));
+const address = pathToFileURL(page).href;
+const report = { errors: [], requests: [], rows: {}, axe: {}, scroll: {} };
+
+const browser = await playwright.chromium.launch({
+  executablePath: chromium,
+  args: ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync"],
+});
+
+async function open(hash = "", options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, bypassCSP: false, ...options });
+  const tab = await context.newPage();
+  tab.on("console", (message) => ["error", "warning"].includes(message.type()) && report.errors.push(message.text()));
+  tab.on("pageerror", (error) => report.errors.push(String(error)));
+  tab.on("request", (request) => /^(file|blob|data):/.test(request.url()) || report.requests.push(request.url()));
+  await tab.goto(address + hash);
+  return tab;
+}
+
+async function reached(tab, time) {
+  const there = (wanted) => window.drillstring?.time >= wanted || !document.querySelector("#trouble").hidden;
+  await tab.waitForFunction(there, time, { timeout: 30000 });
+  if (await tab.isVisible("#trouble")) {
+    throw new Error(await tab.textContent("#trouble"));
+  }
+}
+const state = (tab) => tab.evaluate(() => window.drillstring.motion.state);
+
+// the first picture, and frames at real time: the best of a few tries, for the machine has other things to do as well
+const TRIES = 4;
+let first = null;
+report.first_picture_ms = Infinity;
+for (let attempt = 0; attempt < TRIES && report.first_picture_ms >= 1000; ++attempt) {
+  await first?.context().close();
+  first = await open();
+  await first.waitForFunction(() => window.drillstring?.time > 0);
+  report.first_picture_ms = Math.min(report.first_picture_ms, await first.evaluate(() => window.drillstring.pictured));
+}
+report.per_second = 0;
+for (let attempt = 0; attempt < TRIES && report.per_second < 59; ++attempt) {
+  const frames = await first.evaluate(async () => {
+    const begin = performance.now();
+    const from = window.drillstring.time;
+    let count = 0;
+    await new Promise((resolve) => {
+      const frame = (now) => {
+        count += 1;
+        now - begin < 1500 ? requestAnimationFrame(frame) : resolve();
+      };
+      requestAnimationFrame(frame);
+    });
+    const wall = (performance.now() - begin) / 1000;
+    return { per_second: count / wall, pace: (window.drillstring.time - from) / wall };
+  });
+  Object.assign(report, frames.per_second > report.per_second ? frames : {});
+}
+
+// the core's bits in this browser
+for (const [name, program] of Object.entries(programs)) {
+  report.rows[name] = await first.evaluate(async (wanted) => {
+    const bytes = new Uint8Array((await window.drillstring.replay(wanted)).buffer);
+    let text = "";
+    for (let begin = 0; begin < bytes.length; begin += 32768) {
+      text += String.fromCharCode(...bytes.subarray(begin, begin + 32768));
+    }
+    return btoa(text);
+  }, program);
+}
+
+// Omega 10, W 97347: from rest, and from steady rotation, by the buttons and the keys
+const bistable = await open("#speed=50");
+await reached(bistable, 60);
+report.from_rest = await state(bistable);
+report.live_from_rest = await bistable.textContent("#live");
+await bistable.keyboard.press("s");
+await bistable.waitForFunction(() => window.drillstring.time < 30);
+await reached(bistable, 60);
+report.from_steady = await state(bistable);
+report.threshold = await bistable.textContent("#threshold");
+await bistable.click("#from-rest");
+await bistable.waitForFunction(() => window.drillstring.time < 30);
+await bistable.keyboard.press("Escape");
+await bistable.locator("h1").click();
+await bistable.keyboard.press(" ");
+report.paused = await bistable.textContent("#pause");
+await bistable.keyboard.press(" ");
+
+// each law holds the bit at speed; the units; the address
+report.laws = {};
+for (const law of ["tracking", "weight", "soft_torque", "z_torque", "absorber"]) {
+  await bistable.evaluate(() => (location.hash = ""));
+  await bistable.evaluate((name) => (location.hash = `#law=${name}&speed=100`), law);
+  await bistable.waitForFunction((name) => window.drillstring.settings.law === name && window.drillstring.time < 30, law);
+  await reached(bistable, 60);
+  report.laws[law] = await state(bistable);
+}
+await bistable.context().close();
+const shared = await open("#omega=12.5&weight=80000&units=field&L=2000&law=nonsense&c_b=-1");
+report.shared = await shared.evaluate(() => window.drillstring.settings);
+report.shown = await shared.inputValue("#number-omega");
+await shared.fill("#number-omega", "100");
+await shared.press("#number-omega", "Enter");
+await shared.waitForFunction(() => location.hash.includes("omega=10.47"));
+report.address = await shared.evaluate(() => location.hash);
+await shared.evaluate(() => document.querySelector("#more").open = true);
+await shared.fill("#number-mu_sb", "0.1");
+await shared.press("#number-mu_sb", "Enter");
+await shared.waitForSelector("#trouble:not([hidden])");
+report.trouble = await shared.textContent("#trouble");
+await shared.fill("#number-mu_sb", "0.8");
+await shared.press("#number-mu_sb", "Enter");
+await shared.waitForSelector("#trouble", { state: "hidden" });
+await reached(shared, 0.1);
+const download = shared.waitForEvent("download");
+await shared.click("#export");
+report.csv = readFileSync(await (await download).path(), "utf8").split("\n").slice(0, 2);
+await shared.context().close();
+
+// the map: what lies at Omega 10, W 97347 in the finest squares so far
+await first.waitForFunction(() => window.drillstring.map.squares.some((square) => square.size <= 2), null, { timeout: 60000 });
+report.squares = await first.evaluate(() => window.drillstring.map.squares);
+
+// pictures, and what axe says of them
+for (const [name, options] of Object.entries({
+  wide: {}, narrow: { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true },
+  dark: { colorScheme: "dark" },
+})) {
+  const tab = name === "wide" ? first : await open("#speed=10", options);
+  await tab.evaluate(() => document.querySelector("#more").open = true);
+  await reached(tab, 12);
+  await tab.evaluate(axe);
+  // dark differs from light in its colours
+  const found = await tab.evaluate((only) => window.axe.run(only), name === "dark" ? { runOnly: ["color-contrast"] } : {});
+  report.axe[name] = found.violations.map((each) => `${each.id}: ${each.nodes.map((node) => node.target).join(", ")}`);
+  await tab.evaluate(() => document.querySelector("#more").open = false);
+  report.scroll[name] = await tab.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+  await tab.screenshot({ path: `${folder}/${name}.png`, fullPage: true });
+  if (name === "narrow") {
+    // a finger on the map, arrows on it, and a preset
+    const asked = () => tab.evaluate(() => [window.drillstring.settings.omega, window.drillstring.settings.weight]);
+    const map = await tab.locator("#map").boundingBox();
+    await tab.locator("#map").tap({ position: { x: 0.9 * map.width, y: 0.5 * map.height } });
+    report.tapped = await asked();
+    await tab.locator("#map").press("ArrowLeft");
+    await tab.locator("#map").press("ArrowUp");
+    report.moved = await asked();
+    await tab.selectOption("#preset", { label: "Fig. 4: higher speed" });
+    report.preset = await asked();
+  }
+}
+await browser.close();
+writeFileSync(`${folder}/report.json`, JSON.stringify(report));

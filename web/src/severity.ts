@@ -1,0 +1,46 @@
+/** How a run ends: its stick-slip index, and whether the bit still sticks. */
+
+import type { Core } from "./core";
+import { Rig } from "./rig";
+import type { From, Settings } from "./settings";
+
+const SETTLING = 50; // s
+const WINDOW = 10; // s
+const MOST_WINDOWS = 25; // near the threshold a swing takes minutes to grow or to die away
+const SETTLED = 1e-3; // SSI of a swing that dies away
+
+export interface Severity {
+  /** (peak - minimum) / (2 mean) of the bit speed; infinite for a bit that does not turn */
+  readonly ssi: number;
+  readonly sticks: boolean;
+}
+
+/** Return how the bit turns in 10 s with speed and weight held, 50 s after the start or once it sticks or has settled. */
+export function severity(core: Core, settings: Settings, from: From): Severity {
+  const rig = new Rig(core, { ...settings, from, omegaRamp: 0, weightRamp: 0 });
+  try {
+    rig.leap(Math.round(SETTLING / rig.step));
+    let found = watch(rig);
+    for (let window = 1; window < MOST_WINDOWS && !found.sticks && found.ssi > SETTLED; ++window) {
+      found = watch(rig);
+    }
+    return found;
+  } finally {
+    rig.release();
+  }
+}
+
+function watch(rig: Rig): Severity {
+  const { plant } = rig;
+  const [angle, stuck] = [plant.get("bit_angle"), plant.get("stuck_time")];
+  let [least, most] = [Infinity, -Infinity];
+  // the extremes are those since the last exchange with the law
+  const leaps = rig.settings.law === "none" ? 1 : Math.round(WINDOW / rig.step);
+  for (let leap = 0; leap < leaps; ++leap) {
+    rig.leap(Math.round(WINDOW / rig.step / leaps));
+    least = Math.min(least, plant.get("bit_speed_min"));
+    most = Math.max(most, plant.get("bit_speed_max"));
+  }
+  const mean = (plant.get("bit_angle") - angle) / WINDOW;
+  return { ssi: mean > 1e-9 ? (most - least) / (2 * mean) : Infinity, sticks: plant.get("stuck_time") > stuck };
+}

@@ -43,11 +43,10 @@ static void weight_over_its_input(session *run, subject *s)
 }
 
 /* every input all over a part of its range, switches on and off */
-static void cure_over_its_inputs(session *run, subject *s)
+static void cure_by_settings(session *run, subject *s, const setting settings[], int steps)
 {
-    static const setting NOMINAL[] = {{NULL, 0.0}};
-    start(s, run, NOMINAL, 0.0);
-    for (int i = 0; i < 2000; ++i) {
+    start(s, run, settings, 0.0);
+    for (int i = 0; i < steps; ++i) {
         for (int k = 0; k < DS_VARIABLES; ++k) {
             const ds_variable *const of = &ds_variables[k];
             const double scale = strncmp(of->unit, "N", 1) == 0 ? 2e4 : 20.0;
@@ -62,6 +61,33 @@ static void cure_over_its_inputs(session *run, subject *s)
         read_slopes(s);
     }
     finish(s);
+}
+
+static void cure_over_its_inputs(session *run, subject *s)
+{
+    static const setting NOMINAL[] = {{NULL, 0.0}};
+    cure_by_settings(run, s, NOMINAL, 2000);
+}
+
+static void cure_in_its_modes(session *run, subject *s)
+{
+    const ds_variable *const mode = &ds_variables[variable_named("mode")];
+    for (double chosen = mode->minimum; chosen <= mode->maximum; chosen += 1.0) {
+        const setting settings[] = {{"mode", chosen}, {NULL, 0.0}};
+        cure_by_settings(run, s, settings, 300);
+    }
+}
+
+static void drive_of_an_inertia(session *run, subject *s)
+{
+    static const setting SETTINGS[][4] = {
+        {{"mode", 3.0}, {"J_v", 50.0}, {"filter_time", 0.0}, {NULL, 0.0}},
+        {{"mode", 3.0}, {"J_v", 0.0}, {"filter_time", 0.0}, {NULL, 0.0}},
+        {{"mode", 3.0}, {"J_v", 0.0}, {"K", 0.0}, {NULL, 0.0}},
+    };
+    for (size_t i = 0; i < sizeof SETTINGS / sizeof *SETTINGS; ++i) {
+        cure_by_settings(run, s, SETTINGS[i], 300);
+    }
 }
 
 static void program_of_a_change(session *run, subject *s)
@@ -180,6 +206,9 @@ const walk walks_of_laws[] = {
     {"jump", "inputs", cure_over_its_inputs},
     {"loss", "inputs", cure_over_its_inputs},
     {"feed_max", "inputs", cure_over_its_inputs},
+    {"speed_step", "inputs", cure_over_its_inputs},
+    {"mode", "modes", cure_in_its_modes},
+    {"J_v", "inertia", drive_of_an_inertia},
     {"table", "change", program_of_a_change},
     {"table", "table", program_of_a_table},
     {"table", "no table", program_of_no_table},

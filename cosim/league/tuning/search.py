@@ -434,13 +434,13 @@ def _usual(league: League) -> list[str]:
     """Return the names of the conditions with the string of the first one that no good law is known to fail under."""
 
     def drilled(condition: Condition) -> tuple[object, ...]:
-        return tuple(sorted((name, value) for name, value in condition.plant.items() if name not in _OF_THE_BIT))
+        return tuple(condition.plant.get(name) for name in _OF_THE_STRING)
 
     first = drilled(league.conditions[0])
     return [each.name for each in league.conditions if drilled(each) == first and not each.hard]
 
 
-_OF_THE_BIT = ("c_b", "mu_cb", "mu_sb", "gamma_b", "v_f")
+_OF_THE_STRING = ("G", "J", "I", "L", "I_B", "c_a", "beta")
 
 
 def _digest(path: Path) -> str:

@@ -21,7 +21,7 @@ MODEL = Model(
     description="Supervisor that measures stick-slip downhole and raises the speed by what arrives at the top",
     variables=(
         input_row("bit_speed", "rad/s", 0.0, "Angular velocity of the bit, downhole", "cures 29"),
-        Variable("measured", "input", "Severity that has arrived at the top", variability="discrete", unit="1", start=0.0, minimum=-1e9, maximum=1e9, equation="cures 30"),
+        Variable("measured", "input", "Severity that has arrived at the top", variability="discrete", unit="1", start=0.0, minimum=-1e9, maximum=1e9, nominal=1.0, equation="cures 30"),
         Variable("valid", "input", "Whether that is to be relied on", "Boolean", "discrete", start=True, equation="cures 30"),
         enabled_row("Whether the speed is raised; if not, it stays as it is", "cures 30"),
         Variable("severity", "output", "Severity of stick-slip over the last window; 0 before the first is complete", variability="discrete", unit="1", equation="cures 29"),

@@ -137,7 +137,7 @@ RUNS = [
 
 ENOUGH = {
     "start-up": 45.0, "supervision": 35.0, "top-supervision": 35.0, "formation": 65.0, "mud": 65.0,
-    "downhole-tool": 65.0,
+    "downhole-tool": 65.0, "string-damping": 30.0, "dissipative-law": 20.0,
 }  # fmt: skip
 """When all that these do has begun [s]; plants in Python take their time."""
 

@@ -25,7 +25,7 @@ _MOST_COMPONENTS, _MOST_WAYS = 60, 200
 
 
 @dataclass(frozen=True)
-class Way:
+class Wire:
     """Everything that one component passes on to another.
 
     Attributes
@@ -72,7 +72,7 @@ class Arrow:
 
     Attributes
     ----------
-    way : Way
+    way : Wire
         What it passes on.
     path : str
         Of the line, as SVG writes it.
@@ -82,7 +82,7 @@ class Arrow:
         Which end of the names is there, ``"start"`` or ``"end"``.
     """
 
-    way: Way
+    way: Wire
     path: str
     x: float
     y: float
@@ -99,7 +99,7 @@ class Diagram:
     height: float
 
 
-def ways(components: Sequence[str], connections: Sequence[str], loops: Sequence[str]) -> tuple[Way, ...]:
+def ways(components: Sequence[str], connections: Sequence[str], loops: Sequence[str]) -> tuple[Wire, ...]:
     """Gather connections, written ``a.x -> b.y``, by the components they lead from and to; others are left out."""
     turns = [step for loop in loops for step in _steps(loop)]
     found: dict[tuple[str, str], list[tuple[str, bool]]] = {}
@@ -112,7 +112,7 @@ def ways(components: Sequence[str], connections: Sequence[str], loops: Sequence[
             text = passed if passed == taken else f"{passed} → {taken}"
             found.setdefault((ends[0], ends[1]), []).append((text, (source, target) in turns))
     return tuple(
-        Way(*ends, tuple(text for text, _ in signals), any(looped for _, looped in signals))
+        Wire(*ends, tuple(text for text, _ in signals), any(looped for _, looped in signals))
         for ends, signals in found.items()
     )
 
@@ -129,7 +129,7 @@ def _component(port: str, components: Sequence[str]) -> str | None:
     return max(fitting, key=len, default=None)
 
 
-def in_order(components: Sequence[str], found: Sequence[Way]) -> list[str]:
+def in_order(components: Sequence[str], found: Sequence[Wire]) -> list[str]:
     """Put components into an order in which few ways lead back: next comes what most of its sources stand above of."""
     placed: list[str] = []
     while len(placed) < len(components):
@@ -140,7 +140,7 @@ def in_order(components: Sequence[str], found: Sequence[Way]) -> list[str]:
     return placed
 
 
-def lay_out(texts: Mapping[str, Sequence[str]], found: Sequence[Way]) -> Diagram | None:
+def lay_out(texts: Mapping[str, Sequence[str]], found: Sequence[Wire]) -> Diagram | None:
     """Lay out components, each with the lines of its box, and the ways between them; None of a system too large."""
     if len(texts) > _MOST_COMPONENTS or len(found) > _MOST_WAYS:
         return None
@@ -168,18 +168,18 @@ def lay_out(texts: Mapping[str, Sequence[str]], found: Sequence[Way]) -> Diagram
     return Diagram(boxes, tuple(arrows), edge + _PAD, (boxes[-1].y + boxes[-1].height if boxes else 0.0) + _PAD)
 
 
-def _follows(order: Sequence[str], way: Way) -> bool:
+def _follows(order: Sequence[str], way: Wire) -> bool:
     """Tell whether a way leads to the next component below."""
     return order.index(way.target) == order.index(way.source) + 1
 
 
-def _innermost_first(found: Sequence[Way], order: Sequence[str]) -> list[Way]:
+def _innermost_first(found: Sequence[Wire], order: Sequence[str]) -> list[Wire]:
     """Sort ways so that short ones have inner lanes."""
     return sorted(found, key=lambda way: abs(order.index(way.source) - order.index(way.target)))
 
 
 def _boxes(
-    order: Sequence[str], texts: Mapping[str, Sequence[str]], straight: Mapping[str, Way], x: float, width: float
+    order: Sequence[str], texts: Mapping[str, Sequence[str]], straight: Mapping[str, Wire], x: float, width: float
 ) -> tuple[Box, ...]:
     """Stack the boxes, with room between them for the names of what goes straight down."""
     y, boxes = _PAD, list[Box]()
@@ -191,14 +191,14 @@ def _boxes(
     return tuple(boxes)
 
 
-def _down(above: Box, below: Box, way: Way) -> Arrow:
+def _down(above: Box, below: Box, way: Wire) -> Arrow:
     """Lead from a box to the next below."""
     x, begin, end = above.x + above.width / 2, above.y + above.height, below.y
     middle = (begin + end) / 2 - _LINE * (len(way.signals) - 1) / 2 + _LINE / 4
     return Arrow(way, f"M{x:.1f} {begin:.1f}V{end - 1:.1f}", x + _PAD, middle, "start")
 
 
-def _aside(boxes: Mapping[str, Box], way: Way, lane: float, number: int, *, left: bool) -> Arrow:
+def _aside(boxes: Mapping[str, Box], way: Wire, lane: float, number: int, *, left: bool) -> Arrow:
     """Lead from a side of a box through a lane to the same side of another; each lane meets boxes at its own height."""
     source, target = boxes[way.source], boxes[way.target]
     x = source.x if left else source.x + source.width

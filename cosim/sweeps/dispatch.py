@@ -18,7 +18,7 @@ from cosim.errors import RunError
 from cosim.files import why
 from cosim.sweeps.crew import Crew
 from cosim.sweeps.plan import Sweep
-from cosim.sweeps.work import Done, Reply, Stretch, run_batch
+from cosim.sweeps.work import BatchReply, Done, Stretch, run_batch
 
 TARGET = 0.5
 """How long a batch should take, s: long against what it costs to hand it out, and short against patience."""
@@ -58,7 +58,7 @@ class Dispatcher:
         self._again: deque[Stretch] = deque()
         self._suspects: deque[tuple[Stretch, int]] = deque()
         self._accused: tuple[Stretch, int] | None = None
-        self._flying: dict[Future[Reply], Batch] = {}
+        self._flying: dict[Future[BatchReply], Batch] = {}
         self._cost: float | None = None
         self._sent = self._stillborn = 0
 
@@ -132,11 +132,11 @@ class Dispatcher:
         try:
             future = self._crew.executor.submit(run_batch, self._name, plan, batch, budget)
         except self._crew.lost as error:
-            future = Future[Reply]()
+            future = Future[BatchReply]()
             future.set_exception(error)
         self._flying[future] = batch
 
-    def _receive(self, future: Future[Reply], take: Callable[[list[Done]], None]) -> BaseException | None:
+    def _receive(self, future: Future[BatchReply], take: Callable[[list[Done]], None]) -> BaseException | None:
         """Take the reply to a batch; or return why its worker is gone."""
         try:
             reply = future.result()
@@ -162,7 +162,7 @@ class Dispatcher:
         self._accused = None
         return None
 
-    def _account(self, reply: Reply) -> None:
+    def _account(self, reply: BatchReply) -> None:
         """Learn what a point costs; the estimate falls slowly, as the first points may be cheap ones."""
         count = sum(len(done.numbers) for done in reply.done or ())
         self._points -= count

@@ -44,7 +44,7 @@ class Output:
     text: str
 
 
-class Measures(Protocol):
+class MeasureSet(Protocol):
     """Take numbers from the end of a run; it goes to the workers, and so can be pickled."""
 
     @property

@@ -22,7 +22,7 @@ from cosim.run.options import RunOptions
 from cosim.run.report import commit, versions
 from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import SAMPLES, Axis, Design
-from cosim.sweeps.measures import Beginning, Measures, Quantity
+from cosim.sweeps.measures import Beginning, MeasureSet, Quantity
 from cosim.system.compatibility import Written, check_system, convert, read_value
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_unit
@@ -44,7 +44,7 @@ class File:
 
 
 @dataclass(frozen=True)
-class Plan:
+class PointPlan:
     """Hold what a worker needs to run points of a sweep.
 
     Attributes
@@ -65,7 +65,7 @@ class Plan:
         How many points one run goes on over.
     method : Method
         How the system is stepped.
-    measures : Measures
+    measures : MeasureSet
         What is taken from each point.
     """
 
@@ -79,7 +79,7 @@ class Plan:
     step_size: float
     points_per_run: int
     method: Method
-    measures: Measures
+    measures: MeasureSet
 
     def descriptions(self, chosen: Mapping[str, str]) -> dict[str, Description]:
         """Return the descriptions of the components for a choice of FMUs."""
@@ -127,7 +127,7 @@ class Sweep:
 
     Attributes
     ----------
-    plan : Plan
+    plan : PointPlan
         What workers need.
     design : Design
         The points.
@@ -143,7 +143,7 @@ class Sweep:
         What else is set at the first point of a line.
     """
 
-    plan: Plan
+    plan: PointPlan
     design: Design
     units: Mapping[str, str]
     texts: Mapping[str, str]
@@ -244,7 +244,7 @@ def open_system(scenario: Scenario, options: RunOptions) -> Opened:
     return Opened(scenario, options, system, paths, descriptions)
 
 
-def make_sweep(opened: Opened, design: Design, measures: Measures, beginning: Beginning | None) -> Sweep:
+def make_sweep(opened: Opened, design: Design, measures: MeasureSet, beginning: Beginning | None) -> Sweep:
     """Check a sweep as a whole, and make what workers need.
 
     Raises
@@ -261,7 +261,7 @@ def make_sweep(opened: Opened, design: Design, measures: Measures, beginning: Be
         values = next((axis.values[part.name] for axis in design.axes if part.name in axis.values), None)
         wanted = {str(part.fmu): opened.paths[part.name]} if values is None else _alternatives(opened, values)
         choices[part.name] = {name: _add(files, path) for name, path in wanted.items()}
-    plan = Plan(
+    plan = PointPlan(
         system=_driven(opened, variables, design),
         files=files,
         choices=choices,
@@ -331,7 +331,7 @@ def _driven(opened: Opened, variables: Mapping[str, Variable | None], design: De
     return replace(system, components=parts, inputs={**system.inputs, **driven})
 
 
-def _check(plan: Plan, design: Design) -> None:
+def _check(plan: PointPlan, design: Design) -> None:
     """Hold the system against the FMUs, for each choice of them, and columns against what they put out."""
     values = design.values(0, 0)
     axes = [axis for axis in design.axes if any(name in plan.choices for name in axis.values)]
@@ -354,7 +354,7 @@ def _check(plan: Plan, design: Design) -> None:
         )
 
 
-def _combinations(plan: Plan, axes: Collection[Axis]) -> Iterator[dict[str, Value]]:
+def _combinations(plan: PointPlan, axes: Collection[Axis]) -> Iterator[dict[str, Value]]:
     """Go through the choices of FMUs."""
     names = [name for axis in axes for name in axis.values if name in plan.choices]
     for values in product(*(plan.choices[name] for name in names)):
@@ -372,7 +372,7 @@ def _refuse_stateless(descriptions: Mapping[str, Description]) -> None:
 
 
 def _record(
-    opened: Opened, plan: Plan, design: Design, beginning: Beginning | None
+    opened: Opened, plan: PointPlan, design: Design, beginning: Beginning | None
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Write down what decides the results, and what else is to be known of them."""
     components = record_components(opened.system, opened.paths, opened.descriptions)

@@ -15,7 +15,7 @@ from cosim.run.options import OptionKeywords, RunOptions, chosen
 from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, sampled
-from cosim.sweeps.measures import Beginning, Measures, final_values
+from cosim.sweeps.measures import Beginning, MeasureSet, final_values
 from cosim.sweeps.reading import open_sweep
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def sweep(
     seed: int = 0,
     branch: str = "rest",
     along: str | None = None,
-    measures: Measures | None = None,
+    measures: MeasureSet | None = None,
     beginning: Beginning | None = None,
     workers: int = 0,
     scheduler: str | None = None,
@@ -78,7 +78,7 @@ def sweep(
         has ended, towards greater or less values of `along`.
     along : str, optional
         Of the grid, an input; by default the first of it.
-    measures : Measures, optional
+    measures : MeasureSet, optional
         What to keep of each point: by default severity of stick-slip, if a component has a bit, else final values.
     beginning : Beginning, optional
         What else is set where a line of points begins; by default, for ``"down"``, steady rotation of what has a bit.
@@ -132,7 +132,7 @@ def _made(
     options: RunOptions,
     points: tuple[Mapping[str, Values], Mapping[str, Spread], int, str, int],
     branch: tuple[str, str | None],
-    measures: Measures | None,
+    measures: MeasureSet | None,
     beginning: Beginning | None,
 ) -> Sweep:
     """Check what is asked for, and get it ready; what measures and begins is of the field where nothing is said."""

@@ -14,7 +14,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from cosim.sweeps.plan import Plan
+from cosim.sweeps.plan import PointPlan
 from cosim.sweeps.workbench import Workbench, packed, unpacked
 from cosim.system.signals import Value
 
@@ -68,7 +68,7 @@ class Done:
 
 
 @dataclass(frozen=True)
-class Reply:
+class BatchReply:
     """Hold what has come of a batch, None if the worker does not know the plan, and how long it took, s."""
 
     done: list[Done] | None
@@ -78,7 +78,7 @@ class Reply:
 _own = threading.local()
 
 
-def run_batch(name: str, plan: bytes | None, stretches: Sequence[Stretch], budget: float) -> Reply:
+def run_batch(name: str, plan: bytes | None, stretches: Sequence[Stretch], budget: float) -> BatchReply:
     """Run stretches.
 
     Parameters
@@ -94,11 +94,11 @@ def run_batch(name: str, plan: bytes | None, stretches: Sequence[Stretch], budge
     """
     bench = _bench(name, plan)
     if bench is None:
-        return Reply(None)
+        return BatchReply(None)
     began = time.perf_counter()
     with _silence, bench.turn():
         done = [_run(bench, stretch, began + budget) for stretch in stretches]
-    return Reply(done, time.perf_counter() - began)
+    return BatchReply(done, time.perf_counter() - began)
 
 
 def _bench(name: str, content: bytes | None) -> Workbench | None:
@@ -108,7 +108,7 @@ def _bench(name: str, content: bytes | None) -> Workbench | None:
     if content is None:
         return None
     leave()
-    plan: Plan = pickle.loads(content)  # from whoever may run anything here, as any job of an executor is
+    plan: PointPlan = pickle.loads(content)  # from whoever may run anything here, as any job of an executor is
     _own.bench, _own.name = Workbench(plan), name
     atexit.register(_own.bench.close)
     return _own.bench

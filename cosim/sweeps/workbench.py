@@ -32,7 +32,7 @@ from cosim.recording.record import TEXT
 from cosim.run.assembly import modules_apart
 from cosim.sweeps.held_run import HeldRun
 from cosim.sweeps.measures import last_window
-from cosim.sweeps.plan import Plan
+from cosim.sweeps.plan import PointPlan
 from cosim.system.compatibility import check_system
 from cosim.system.description import Description
 from cosim.system.signals import FloatArray, Value
@@ -45,7 +45,7 @@ _OURS = "drillstring-cosim"
 
 
 @dataclass(frozen=True)
-class Outcome:
+class PointOutcome:
     """Hold the numbers of a point, or why there are none, and the state after it if that is asked for."""
 
     numbers: Sequence[float]
@@ -100,7 +100,7 @@ class Workbench:
 
     Parameters
     ----------
-    plan : Plan
+    plan : PointPlan
         The sweep.
 
     Raises
@@ -109,7 +109,7 @@ class Workbench:
         If FMUs cannot be unpacked.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: PointPlan) -> None:
         self._plan = plan
         self._stack = ExitStack()
         folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim-sweep-")))
@@ -122,7 +122,7 @@ class Workbench:
         self._places: dict[tuple[str, str], _Place] = {}
         self._held: dict[tuple[str, ...], HeldRun] = {}
 
-    def run(self, values: Mapping[str, Value], step: int, state: Snapshot | None, *, keep: bool) -> Outcome:
+    def run(self, values: Mapping[str, Value], step: int, state: Snapshot | None, *, keep: bool) -> PointOutcome:
         """Run a point.
 
         Parameters
@@ -178,9 +178,9 @@ class Workbench:
         """Tell whether a run goes on after a point."""
         return step + 1 < self._plan.points_per_run
 
-    def failed(self, message: str) -> Outcome:
+    def failed(self, message: str) -> PointOutcome:
         """Return the outcome of a point that has no numbers."""
-        return Outcome([np.nan] * len(self._plan.measures.quantities), message)
+        return PointOutcome([np.nan] * len(self._plan.measures.quantities), message)
 
     def _slaves(self, chosen: Mapping[str, str], known: Mapping[str, Description]) -> dict[str, Slave]:
         """Return an instance for each component that knows nothing of what was run before."""
@@ -196,7 +196,7 @@ class Workbench:
 
     def _run_long(
         self, chosen: Mapping[str, str], values: Mapping[str, Value], step: int, state: Snapshot | None, keep: bool
-    ) -> Outcome:
+    ) -> PointOutcome:
         """Run a point of components that are not coupled, in one step up to the window that is measured."""
         plan = self._plan
         known = plan.descriptions(chosen)
@@ -216,11 +216,11 @@ class Workbench:
         except EndRequestError as error:
             raise RunError(str(error)) from None
         numbers = plan.measures.of(held.window + step * plan.duration, columns)
-        return Outcome(numbers, "", held.state() if keep else None)
+        return PointOutcome(numbers, "", held.state() if keep else None)
 
     def _run_coupled(
         self, chosen: Mapping[str, str], values: Mapping[str, Value], step: int, state: Snapshot | None, keep: bool
-    ) -> Outcome:
+    ) -> PointOutcome:
         """Run a point as any run, in the compiled loop if it can be; only its window is kept."""
         plan = self._plan
         known = plan.descriptions(chosen)
@@ -246,7 +246,7 @@ class Workbench:
         time, columns = rows.values()
         part = last_window(time, plan.measures.window)
         numbers = plan.measures.of(time[part], {name: column[part] for name, column in columns.items()})
-        return Outcome(numbers, "", _storable(master.snapshot()) if keep else None)
+        return PointOutcome(numbers, "", _storable(master.snapshot()) if keep else None)
 
 
 def long_steps(start: float, duration: float, window: float, sampling: float) -> tuple[FloatArray, int]:

@@ -24,6 +24,8 @@ from cosim.fmi2.xml_check import MOST_DEPTH
 from tests.cosim import hostile
 from tests.cosim.hostile import named, of_kind, pack
 
+pytestmark = pytest.mark.slow
+
 DESCRIPTION = "modelDescription.xml"
 SCENARIO = """
 stop_time = 0.1

@@ -22,6 +22,8 @@ from cosim.system.signals import Signal, Step, Table
 from tests.importers.loop import differences, given, multiples, run
 from tests.importers.systems import LOOP, NATIVE, OPEN_START, assert_same_bits, ordered, our_run, system_of
 
+pytestmark = pytest.mark.slow
+
 PLANT = str(NATIVE / "DrillstringNeutral.fmu")
 DESCRIPTION = fmpy.read_model_description(PLANT)
 FINE = 1.0 / 128

@@ -14,6 +14,8 @@ from tests.oracle import OracleParameters, OracleSolution, Program, solve
 from tests.oracle.collocation import gauss_basis
 from tests.oracle.elements import FieldSolution, solve_field
 
+pytestmark = pytest.mark.slow
+
 PAPER = OracleParameters()
 NOMINAL_WEIGHT = 97347.0
 LONG_ENOUGH = 25.0

@@ -10,6 +10,8 @@ from tests.plant.drive import follow
 from tests.plant.judge import Judgement, away_from, judge
 from tests.plant.programs import CASES, PAPER, RAMPS, SPEED, WEIGHT, solved
 
+pytestmark = pytest.mark.slow
+
 FIGURE_2 = "stick-slip of figure 2"
 OTHERS = [name for name in CASES if name != FIGURE_2]
 STEPS = (0.0137, 0.1, 5.0, "random")

@@ -25,7 +25,7 @@ def key_of(values: Mapping[str, float], condition: str) -> Key:
     return json.dumps(dict(values)), condition
 
 
-class Journal:
+class EvaluationLog:
     """Runs that have been played.
 
     Parameters
@@ -61,7 +61,7 @@ class Journal:
 
 
 @contextmanager
-def opened_journal(folder: Path, identity: Mapping[str, Any]) -> Generator[Journal]:
+def opened_journal(folder: Path, identity: Mapping[str, Any]) -> Generator[EvaluationLog]:
     """Open the journal of a folder, which is made if it is not there.
 
     Parameters
@@ -90,7 +90,7 @@ def opened_journal(folder: Path, identity: Mapping[str, Any]) -> Generator[Journ
             descriptor = open_file(path, os.O_RDWR | os.O_APPEND)
             try:
                 os.ftruncate(descriptor, end)
-                yield Journal(path, descriptor, found)
+                yield EvaluationLog(path, descriptor, found)
             finally:
                 os.close(descriptor)
     except OSError as error:

@@ -24,7 +24,7 @@ from cosim.league.playing import Game, Played, Progress, players, processors
 from cosim.league.rig import DRIVE, PLANT, PROGRAM
 from cosim.league.score import Score
 from cosim.league.tuning.gains import Gain, free_gains
-from cosim.league.tuning.journal import Journal, Key, key_of, opened_journal
+from cosim.league.tuning.journal import EvaluationLog, Key, key_of, opened_journal
 from cosim.league.tuning.linear import LinearModel, Margin, by_formula, settings
 from cosim.league.tuning.severity import overall
 from cosim.run.report import versions
@@ -120,7 +120,7 @@ class Tuning:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Candidate:
     """A candidate, and what came of it.
 
     Attributes
@@ -152,16 +152,16 @@ class Tuned:
     ----------
     tuning : Tuning
         What was asked for.
-    before, after : Trial
+    before, after : Candidate
         The law as it is, and the best of what keeps the margin: the law as it is if nothing is better.
-    trials : tuple of Trial
+    trials : tuple of Candidate
         All candidates, in the order in which they were tried.
     """
 
     tuning: Tuning
-    before: Trial
-    after: Trial
-    trials: tuple[Trial, ...]
+    before: Candidate
+    after: Candidate
+    trials: tuple[Candidate, ...]
 
     @property
     def values(self) -> dict[str, Value]:
@@ -267,7 +267,7 @@ def tune(
     return Tuned(tuning, before, best, trials)
 
 
-def _why_none(tuning: Tuning, trials: Sequence[Trial]) -> str:
+def _why_none(tuning: Tuning, trials: Sequence[Candidate]) -> str:
     """Say what keeps every candidate from being run."""
     margins = [each.margin for each in trials if each.margin is not None]
     nearest = min(margins, key=tuning.short_of)
@@ -279,7 +279,7 @@ def _why_none(tuning: Tuning, trials: Sequence[Trial]) -> str:
 
 
 @contextmanager
-def _told(journal: Journal, folder: Path) -> Generator[None]:
+def _told(journal: EvaluationLog, folder: Path) -> Generator[None]:
     """Say what is kept when a tuning is interrupted."""
     try:
         yield
@@ -294,7 +294,7 @@ class _Search:
     ----------
     tuning : Tuning
         What is tuned.
-    journal : Journal
+    journal : EvaluationLog
         Runs that have been played.
     played : callable
         Plays others.
@@ -302,9 +302,9 @@ class _Search:
         Called when something has been played.
     """
 
-    def __init__(self, tuning: Tuning, journal: Journal, played: Played, progress: Progress | None) -> None:
+    def __init__(self, tuning: Tuning, journal: EvaluationLog, played: Played, progress: Progress | None) -> None:
         self._tuning, self._journal, self._played, self._progress = tuning, journal, played, progress
-        self.trials: dict[str, Trial] = {}
+        self.trials: dict[str, Candidate] = {}
 
     def values_at(self, place: FloatArray) -> dict[str, float]:
         """Return the gains at a place between zeros and ones."""
@@ -321,28 +321,28 @@ class _Search:
             self._known(values)
         return [trial.severity for trial in self._completed(chosen)]
 
-    def trial(self, values: Mapping[str, float]) -> Trial:
+    def trial(self, values: Mapping[str, float]) -> Candidate:
         """Return what comes of the law as it is, which is run in any case."""
         margin = self._tuning.margin(values)
         (completed,) = self._scored([(values, margin)])
         return completed
 
-    def _known(self, values: Mapping[str, float]) -> Trial:
+    def _known(self, values: Mapping[str, float]) -> Candidate:
         """Return a candidate, whose margin is looked at when it is first met."""
         name = key_of(values, "")[0]
         if name not in self.trials:
             margin = self._tuning.margin(values)
-            self.trials[name] = Trial(values, margin, not self._tuning.short_of(margin))
+            self.trials[name] = Candidate(values, margin, not self._tuning.short_of(margin))
         return self.trials[name]
 
-    def _completed(self, chosen: Sequence[Mapping[str, float]]) -> list[Trial]:
+    def _completed(self, chosen: Sequence[Mapping[str, float]]) -> list[Candidate]:
         """Return candidates as they are when they have been run."""
         scored = self._scored([(values, self._known(values).margin) for values in chosen])
         for trial in scored:
             self.trials[key_of(trial.values, "")[0]] = trial
         return scored
 
-    def _scored(self, chosen: Sequence[tuple[Mapping[str, float], Margin | None]]) -> list[Trial]:
+    def _scored(self, chosen: Sequence[tuple[Mapping[str, float], Margin | None]]) -> list[Candidate]:
         """Play what has not been played, keep it, and return what came of each candidate."""
         tuning, found = self._tuning, self._journal.found
         conditions = tuning.league.conditions
@@ -359,11 +359,11 @@ class _Search:
                 self._journal.append(names[id(game)], score)
             self._tell(len(waiting) * (number / len(games) - 1.0))
         self._tell(0.0)
-        trials: list[Trial] = []
+        trials: list[Candidate] = []
         for values, margin in chosen:
             scores = tuple(found[key_of(values, condition.name)] for condition in conditions)
             severity = overall(scores, tuning.league.judge)
-            trials.append(Trial(values, margin, not tuning.short_of(margin), scores, severity))
+            trials.append(Candidate(values, margin, not tuning.short_of(margin), scores, severity))
         return trials
 
     def _tell(self, more: float) -> None:

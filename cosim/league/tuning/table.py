@@ -14,7 +14,7 @@ from cosim.files import replace_file
 from cosim.league.score import Score
 from cosim.league.table import cell
 from cosim.league.tuning.gains import Gain
-from cosim.league.tuning.search import Trial, Tuned
+from cosim.league.tuning.search import Candidate, Tuned
 from cosim.league.tuning.severity import severity
 from cosim.recording.figure import blank_figure, save_figure
 from cosim.run.report import commit
@@ -53,7 +53,7 @@ def _outcome(score: Score) -> str:
     return f"{cell(score)}, SSI {score.ssi:.2g}" if score.free else cell(score)
 
 
-def _margin(trial: Trial, name: str) -> str:
+def _margin(trial: Candidate, name: str) -> str:
     """Write a margin; a dash where none is known."""
     value = math.nan if trial.margin is None else getattr(trial.margin, name)
     return "-" if math.isnan(value) else f"{value:.4g}"

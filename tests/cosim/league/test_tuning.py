@@ -30,7 +30,7 @@ from cosim.league.playing import Game, Played, score
 from cosim.league.score import Score
 from cosim.league.tuning.gains import Gain
 from cosim.league.tuning.journal import FILE
-from cosim.league.tuning.search import Trial, Tuned, Tuning, prepare, tune
+from cosim.league.tuning.search import Candidate, Tuned, Tuning, prepare, tune
 from cosim.league.tuning.severity import overall, severity
 from cosim.league.tuning.table import CANDIDATES, FIGURE, PARAMETERS, write
 from models.controllers.delay import reflection
@@ -189,7 +189,7 @@ def test_no_candidate_is_run_that_amplifies_waves(tmp_path: Path) -> None:
     stand_in = StandIn({"P": 450.0, "filter_time": 0.01})
     tuned, _ = made(tuning, tmp_path / "out", stand_in)
 
-    def greatest(trial: Trial) -> float:
+    def greatest(trial: Candidate) -> float:
         gains = Gains(trial.values["P"], soft_torque(STRING).stiffness, 0.0)
         frequencies = [0.01 * 1e5 ** (part / 1199) for part in range(1200)]
         T_f = trial.values["filter_time"]

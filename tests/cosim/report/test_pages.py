@@ -25,6 +25,8 @@ from cosim.report.lines import kept_rows, line, shares
 from tests.cosim.report.conftest import changed
 from tests.cosim.run.jobs import sketch
 
+pytestmark = pytest.mark.slow
+
 EVIL = '</script><script>alert(1)</script>"\x1b[31m\u202e$$x$$'
 
 

@@ -17,6 +17,8 @@ from cosim.run.options import Streaming
 from cosim.run.report import write_content
 from tests.cosim.run.jobs import nothing, sketch, small
 
+pytestmark = pytest.mark.slow
+
 SHORT = RunOptions(stop_time=2.0)
 
 

@@ -33,6 +33,8 @@ from cosim.run.zarr_layout import INDEX, Index, digest
 from tests.cosim.run.faults import KilledError
 from tests.cosim.run.jobs import SCENARIO, Outcome, go_on, manifest_of, nothing, outcome, rows_of, small
 
+pytestmark = pytest.mark.slow
+
 CSV = pytest.mark.parametrize("csv", [False, True])
 
 

@@ -21,6 +21,8 @@ from cosim.recording.result import Result
 from cosim.scenario.container import container_files, export_container
 from cosim.system.method import Method
 
+pytestmark = pytest.mark.slow
+
 STEP = 1.0 / 512
 """A step [s] whose multiples are exact: importers that add up times meet ours."""
 STEPS = 2560

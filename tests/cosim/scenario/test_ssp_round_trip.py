@@ -39,6 +39,8 @@ from cosim.scenario.ssp.writing import export_ssp
 from cosim.system.method import Method
 from cosim.system.signals import Signal
 
+pytestmark = pytest.mark.slow
+
 SCHEMAS = importlib.resources.files("fmpy") / "ssp" / "schema"
 
 

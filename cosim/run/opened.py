@@ -44,11 +44,13 @@ def open_run(folder: str | Path, variant: str | None = None) -> Result:
     InputError
         If the folder holds no finished run, or no such variant, or its files are not as they were written.
     """
-    variants = open_variants(folder) if variant is None else {variant: _opened(Path(folder), _entry(folder, variant))}
-    if len(variants) > 1:
-        names = ", ".join(f"'{name}'" for name in variants)
+    entries = _entries(folder)
+    if variant is None and len(entries) > 1:
+        names = ", ".join(f"'{name}'" for name in entries)
         raise InputError(f"{folder} holds the variants {names}; expected the name of one, or open_variants for all")
-    return next(iter(variants.values()))
+    if variant is not None and variant not in entries:
+        raise InputError(f"{folder} holds no variant '{variant}'{suggestion(variant, entries)}")
+    return _opened(Path(folder), entries[variant] if variant is not None else next(iter(entries.values())))
 
 
 def open_variants(folder: str | Path) -> dict[str, Result]:
@@ -70,14 +72,6 @@ def open_variants(folder: str | Path) -> dict[str, Result]:
         As `open_run` does.
     """
     return {name: _opened(Path(folder), entry) for name, entry in _entries(folder).items()}
-
-
-def _entry(folder: str | Path, variant: str) -> Mapping[str, Any]:
-    """Return what the manifest tells of a variant."""
-    entries = _entries(folder)
-    if variant not in entries:
-        raise InputError(f"{folder} holds no variant '{variant}'{suggestion(variant, entries)}")
-    return entries[variant]
 
 
 def _entries(folder: str | Path) -> dict[str, Mapping[str, Any]]:

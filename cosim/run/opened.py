@@ -84,9 +84,12 @@ def _entries(folder: str | Path) -> dict[str, Mapping[str, Any]]:
     try:
         head = {name: content[name] for name in ("scenario", "title", "created", "versions")}
         head["commit"] = content.get("commit")
-        return {str(entry["variant"] or content["scenario"]): {**head, **entry} for entry in content["variants"]}
+        found = {str(entry["variant"] or content["scenario"]): {**head, **entry} for entry in content["variants"]}
     except (KeyError, TypeError) as error:
         raise InputError(f"{folder}: {MANIFEST} is damaged: {why(error)} is missing") from error
+    if not found:
+        raise InputError(f"{folder}: {MANIFEST} is damaged: it tells of no variant")
+    return found
 
 
 def _opened(folder: Path, entry: Mapping[str, Any]) -> Result:

@@ -95,6 +95,12 @@ def lead_out(folder: Path) -> None:
     write_content(folder, content)
 
 
+def tell_of_none(folder: Path) -> None:
+    content = json.loads((folder / "manifest.json").read_text())
+    del content["sha256"], content["format"]
+    write_content(folder, content | {"variants": []})
+
+
 def link(folder: Path) -> None:
     (folder / "trajectory.csv").rename(folder / "other.csv")
     (folder / "trajectory.csv").symlink_to(folder / "other.csv")
@@ -107,6 +113,7 @@ def link(folder: Path) -> None:
         (lose_a_row, r"trajectory\.csv has 200 rows; manifest\.json tells of 201"),
         (empty, r"trajectory\.csv is not as it was written: rows are missing"),
         (lead_out, r"manifest\.json leads out of the folder"),
+        (tell_of_none, r"manifest\.json is damaged: it tells of no variant"),
         (link, r"trajectory\.csv cannot be read: trajectory\.csv is a link"),
         (lambda folder: (folder / "trajectory.csv").unlink(), r"cannot be read: No such file"),
         (lambda folder: (folder / "manifest.json").unlink(), r"holds no run; expected a folder with a manifest\.json"),

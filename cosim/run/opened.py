@@ -84,7 +84,9 @@ def _entries(folder: str | Path) -> dict[str, Mapping[str, Any]]:
     try:
         head = {name: content[name] for name in ("scenario", "title", "created", "versions")}
         head["commit"] = content.get("commit")
-        found = {str(entry["variant"] or content["scenario"]): {**head, **entry} for entry in content["variants"]}
+        found: dict[str, Mapping[str, Any]] = {
+            str(entry["variant"] or content["scenario"]): {**head, **entry} for entry in content["variants"]
+        }
     except (KeyError, TypeError) as error:
         raise InputError(f"{folder}: {MANIFEST} is damaged: {why(error)} is missing") from error
     if not found:

@@ -91,7 +91,7 @@ def sweep(
     progress : callable, optional
         Called several times a second.
     options : RunOptions, optional
-        How to run each point; and so **keywords, as of `cosim.simulate`. What is for single runs is refused: `isolate`,
+        How to run each point; and so other keywords, as of `cosim.simulate`. What is for single runs is refused: `isolate`,
         `limits`, `components` and `connections`.
 
     Returns

@@ -1,0 +1,1 @@
+"""Make the site of the documentation: pages of docs/, pages made from the product, and the driller's console."""

@@ -1,0 +1,68 @@
+"""Make the site: python -m docs.site [FOLDER], by default build/site; what is to be published is in its html/."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+from sphinx.application import Sphinx
+from sphinx.util.docutils import docutils_namespace
+
+from fmu_src.console.page import PAGE, build_page, take_page
+from fmu_src.errors import BuildError
+
+from .commands import commands_page
+from .fmu_pages import fmu_pages, manual_style
+from .gallery import gallery
+from .python_pages import python_pages
+from .scripts import take_mathjax
+from .staging import DOCS, ROOT, stage
+
+
+def make(folder: Path) -> Path:
+    """Make the site anew in a folder, and return the folder that is to be published.
+
+    Raises
+    ------
+    BuildError
+        Node or npm lacks, a package cannot be had, or Sphinx has complained.
+    """
+    shutil.rmtree(folder, ignore_errors=True)
+    sources, static, extra, pages = (folder / part for part in ("source", "static", "extra", "html"))
+    stage(sources)
+    for place, text in {
+        **fmu_pages(),
+        **python_pages(),
+        "reference/commands.md": commands_page(),
+        "gallery.md": gallery(sources),
+    }.items():
+        path = sources / place
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    take_mathjax(static / "mathjax")
+    shutil.copyfile(DOCS / "site" / "site.css", static / "site.css")
+    (static / "manual.css").write_text(manual_style(), encoding="utf-8")
+    if not take_page(extra / "console"):
+        build_page()
+        take_page(extra / "console")
+    (extra / "console" / PAGE).rename(extra / "console" / "index.html")
+    _run_sphinx(sources, pages, folder / "doctrees", {"html_static_path": [str(static)], "html_extra_path": [str(extra)]})
+    return pages
+
+
+def _run_sphinx(sources: Path, pages: Path, doctrees: Path, settings: dict[str, object]) -> None:
+    with docutils_namespace():
+        app = Sphinx(sources, DOCS, pages, doctrees, "html", settings, freshenv=True, warningiserror=True, parallel=2)
+        app.build()
+    if app.statuscode:
+        raise BuildError("the site is not made: see what Sphinx complains of above")
+    (pages / ".buildinfo").unlink(missing_ok=True)
+
+
+if __name__ == "__main__":
+    try:
+        made = make(Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else ROOT / "build" / "site")
+    except BuildError as error:
+        sys.exit(f"error: {error}")
+    print(f"wrote {made}/index.html")

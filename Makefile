@@ -5,6 +5,7 @@
 #   make verify hold the product against laws, and the paper's claims against the product: a report
 #   make endurance  let each law drill for a day: a table (LAW=, HOURS=, SEED=)
 #   make console  the driller's console, a page for the browser; needs Node.js and npm: build/console/console.html
+#   make docs   the site of the documentation; needs Node.js and npm: build/site/html/index.html
 #   make fuzz   make up calls to the C code of an FMU until one goes wrong (MODEL=, DURATION=)
 PYTHON ?= python3
 VENV   := .venv
@@ -18,7 +19,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run quick test setup fmus all-fmus lint types quick-unit unit verify endurance coverage sanitize fuzz bench \
-    console wheel check-release pins hunt clean
+    console docs wheel check-release pins hunt clean
 
 run: fmus
 	$(BIN)/cosim run stick-slip
@@ -112,6 +113,15 @@ $(VENV)/bench-installed: requirements/bench.txt $(VENV)/installed
 console: setup
 	$(BIN)/python -m fmu_src.console
 
+# The site of the documentation: build/site/html/index.html. Pages of docs/, the reference made from the product, the
+# gallery and the console; needs Node.js and npm too.
+docs: $(VENV)/docs-installed fmus
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m docs.site
+
+$(VENV)/docs-installed: requirements/docs.txt $(VENV)/run-installed
+	$(call install,requirements/docs.txt)
+	@touch $@
+
 # A wheel that runs in any folder without a compiler: it holds the FMUs and the step loop for every platform, and
 # the console if npm is there.
 wheel: setup $(if $(shell command -v npm 2>/dev/null),console)
@@ -134,9 +144,9 @@ pins: setup
 	    -o requirements/all.txt
 	$(PIN) -c requirements/all.txt --extra build -o requirements/run.txt
 	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra data --extra report --extra dask \
-	    --extra container --extra test -o requirements/test.txt
+	    --extra container --extra docs --extra test -o requirements/test.txt
 	$(PIN) -c requirements/all.txt --extra bench -o requirements/bench.txt
-	$(PIN) -c requirements/all.txt --extra docs --extra theory -o requirements/docs.txt
+	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra data --extra docs -o requirements/docs.txt
 	rm requirements/all.txt
 
 # The tests that draw examples, with new ones each time; what fails prints how to make it again.

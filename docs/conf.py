@@ -30,6 +30,7 @@ myst_fence_as_directive = ["math"]  # as the forge that hosts the sources writes
 myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
+nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_merge_streams = True
 
@@ -65,4 +66,4 @@ html_theme_options = {
     "secondary_sidebar_items": ["page-toc"],
     "show_prev_next": True,
 }
-html_sidebars = {"index": [], "gallery": []}
+html_sidebars: dict[str, list[str]] = {"index": [], "gallery": []}

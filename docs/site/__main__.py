@@ -1,4 +1,7 @@
-"""Make the site: python -m docs.site [FOLDER], by default build/site; what is to be published is in its html/."""
+"""Make the site: python -m docs.site [FOLDER] [CONSOLE], by default in build/site, with the console as it is built.
+
+What is to be published is in html/ of the folder.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.util.docutils import docutils_namespace
 
-from fmu_src.console.page import PAGE, build_page, take_page
+from fmu_src.console.page import BUILT, PAGE, build_page, is_built
 from fmu_src.errors import BuildError
 
 from .commands import commands_page
@@ -20,8 +23,15 @@ from .scripts import take_mathjax
 from .staging import DOCS, ROOT, stage
 
 
-def make(folder: Path) -> Path:
+def make(folder: Path, console: Path | None = None) -> Path:
     """Make the site anew in a folder, and return the folder that is to be published.
+
+    Parameters
+    ----------
+    folder : Path
+        What it holds is removed.
+    console : Path, optional
+        The page of the console, if it has been built elsewhere.
 
     Raises
     ------
@@ -43,17 +53,22 @@ def make(folder: Path) -> Path:
     take_mathjax(static / "mathjax")
     shutil.copyfile(DOCS / "site" / "site.css", static / "site.css")
     (static / "manual.css").write_text(manual_style(), encoding="utf-8")
-    if not take_page(extra / "console"):
-        build_page()
-        take_page(extra / "console")
-    (extra / "console" / PAGE).rename(extra / "console" / "index.html")
-    _run_sphinx(sources, pages, folder / "doctrees", {"html_static_path": [str(static)], "html_extra_path": [str(extra)]})
+    (extra / "console").mkdir(parents=True)
+    shutil.copyfile(console or _console(), extra / "console" / "index.html")
+    _run_sphinx(
+        sources, pages, folder / "doctrees", {"html_static_path": [str(static)], "html_extra_path": [str(extra)]}
+    )
     return pages
+
+
+def _console() -> Path:
+    """Return the page of the console, built anew if it is not there or older than its sources."""
+    return BUILT / PAGE if is_built() else build_page()
 
 
 def _run_sphinx(sources: Path, pages: Path, doctrees: Path, settings: dict[str, object]) -> None:
     with docutils_namespace():
-        app = Sphinx(sources, DOCS, pages, doctrees, "html", settings, freshenv=True, warningiserror=True, parallel=2)
+        app = Sphinx(sources, DOCS, pages, doctrees, "html", settings, freshenv=True, warningiserror=True)
         app.build()
     if app.statuscode:
         raise BuildError("the site is not made: see what Sphinx complains of above")
@@ -61,8 +76,9 @@ def _run_sphinx(sources: Path, pages: Path, doctrees: Path, settings: dict[str, 
 
 
 if __name__ == "__main__":
+    given = [Path(each).resolve() for each in sys.argv[1:]]
     try:
-        made = make(Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else ROOT / "build" / "site")
+        made = make(*(given or [ROOT / "build" / "site"]))
     except BuildError as error:
         sys.exit(f"error: {error}")
     print(f"wrote {made}/index.html")

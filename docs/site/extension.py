@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from docutils import nodes
-from pygments.lexers.special import TextLexer
+from pygments.lexers import find_lexer_class_by_name
 from sphinx.transforms import SphinxTransform
 
 if TYPE_CHECKING:
@@ -42,6 +42,6 @@ def _take_docstring(_app: Sphinx, _what: str, _name: str, _object: object, _opti
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register this with Sphinx."""
     app.add_transform(NumberedEquations)
-    app.add_lexer("csv", TextLexer)
+    app.add_lexer("csv", find_lexer_class_by_name("text"))
     app.connect("autodoc-process-docstring", _take_docstring, priority=900)  # after numpydoc
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import logging
 from pathlib import Path
 
-from cosim import load_scenario, scenario_names
+from cosim import load_scenario, scenario_names, simulate
+from cosim.drilling.reporting import draw
+from cosim.scenario.scenario import Scenario
 
 
 def gallery(folder: Path) -> str:
-    """Run the scenarios, leave their pictures in `gallery/` of a folder, and return the page that shows them.
-
-    Raises
-    ------
-    subprocess.CalledProcessError
-        A scenario does not run.
-    """
-    pictures = folder / "gallery"
-    pictures.mkdir(parents=True)
-    lines = ["# Gallery", "", "Each picture is what `cosim run NAME` draws; all were drawn when this site was made.", ""]
+    """Draw the scenarios, as `cosim run` does, into `gallery/` of a folder, and return the page that shows them."""
+    logging.getLogger("cosim").setLevel(logging.ERROR)  # what a run says beside its results is not for this page
+    (folder / "gallery").mkdir(parents=True)
+    lines = [
+        "# Gallery",
+        "",
+        "Each picture is what `cosim run NAME` draws; all were drawn when this site was made.",
+        "",
+    ]
     for name in scenario_names():
-        run = folder.parent / "runs" / name
-        command = [sys.executable, "-m", "cosim", "run", name, "--output", str(run)]
-        subprocess.run(command, check=True, capture_output=True, text=True)
-        (run / "figure.png").replace(pictures / f"{name}.png")
         scenario = load_scenario(name)
+        _draw(scenario, folder / "gallery" / f"{name}.png")
         lines += [f"## {scenario.title}", "", f"```sh\ncosim run {name}\n```", ""]
         lines += [f"![{scenario.title}](gallery/{name}.png)", ""]
     return "\n".join(lines)
+
+
+def _draw(scenario: Scenario, path: Path) -> None:
+    """Run all variants of a scenario, and draw them."""
+    variants = [each.name for each in scenario.variants] or [None]
+    results = {each or scenario.name: simulate(scenario, variant=each) for each in variants}
+    draw(path, scenario.title, results, scenario.signals)

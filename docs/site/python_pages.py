@@ -70,7 +70,9 @@ def public_names(module: ModuleType) -> list[str]:
     """Return what a module is for others to use: what it exports, else the functions and classes written in it."""
     exported: list[str] | None = getattr(module, "__all__", None)
     if exported is not None:
-        return [name for name in exported if inspect.isroutine(found := getattr(module, name)) or inspect.isclass(found)]
+        return [
+            name for name in exported if inspect.isroutine(found := getattr(module, name)) or inspect.isclass(found)
+        ]
     return [
         name
         for name, found in vars(module).items()

@@ -40,20 +40,25 @@ def build_page(folder: Path = BUILT) -> Path:
     return folder / PAGE
 
 
-def take_page(folder: Path) -> bool:
-    """Copy the page that has been built to a folder, if it is there and made from the sources as they are now.
-
-    So a wheel can be built where there is no node: it then goes without the page.
-    """
+def is_built() -> bool:
+    """Return whether the page has been built, and from the sources as they are now."""
     built = BUILT / PAGE
     if not built.is_file():
         return False
     _write_core(BUILT)  # the C code may have changed since
     found = _MADE_FROM.search(built.read_text(encoding="utf-8"))
-    if found is None or found[1] != _sources_digest(BUILT):
+    return found is not None and found[1] == _sources_digest(BUILT)
+
+
+def take_page(folder: Path) -> bool:
+    """Copy the page that has been built to a folder, if it is there and made from the sources as they are now.
+
+    So a wheel can be built where there is no node: it then goes without the page.
+    """
+    if not is_built():
         return False
     folder.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(built, folder / PAGE)
+    shutil.copyfile(BUILT / PAGE, folder / PAGE)
     return True
 
 

@@ -123,7 +123,19 @@ class Row:
 
 
 Node = (
-    Letter | Number | Words | Function | Operator | Integral | Space | Dotted | Fraction | Root | Bracketed | Scripted | Row
+    Letter
+    | Number
+    | Words
+    | Function
+    | Operator
+    | Integral
+    | Space
+    | Dotted
+    | Fraction
+    | Root
+    | Bracketed
+    | Scripted
+    | Row
 )
 
 _TOKEN = re.compile(r"\\text\{[^{}]*\}|\\[A-Za-z]+|\\[,;]|\d+(?:\.\d+)?|\S")

@@ -5,9 +5,24 @@ from __future__ import annotations
 import unicodedata
 
 from .formula import (
-    INTEGRAL, PRIME, Bracketed, Dotted, Fraction, Function, Integral, Letter, Node, Number, Operator, Role, Root, Row,
-    Scripted, Space, Words,
-)  # fmt: skip
+    INTEGRAL,
+    PRIME,
+    Bracketed,
+    Dotted,
+    Fraction,
+    Function,
+    Integral,
+    Letter,
+    Node,
+    Number,
+    Operator,
+    Role,
+    Root,
+    Row,
+    Scripted,
+    Space,
+    Words,
+)
 
 
 def linear(node: Node) -> str:
@@ -47,18 +62,20 @@ def _row(parts: tuple[Node, ...]) -> str:
 
 def _apart(before: Node, part: Node) -> bool:
     """Return whether a blank stands between two neighbours."""
+    if isinstance(before, Operator) and before.role in {Role.BINARY, Role.RELATION, Role.PUNCTUATION}:
+        return True
     if isinstance(part, Operator):
-        return part.role in {Role.BINARY, Role.RELATION} or (part.role is Role.SIGN and not isinstance(before, Operator))
-    if isinstance(before, Operator):
-        return before.role in {Role.BINARY, Role.RELATION, Role.PUNCTUATION}
-    return not isinstance(part, Bracketed)
+        return part.role in {Role.BINARY, Role.RELATION} or (isinstance(before, Function) and part.role is Role.SIGN)
+    return not isinstance(before, Operator) and (isinstance(before, Fraction) or not isinstance(part, Bracketed))
 
 
 def _script(mark: str, script: Row) -> str:
+    if all(isinstance(part, Letter | Number) for part in script.parts):
+        return mark + "".join(map(linear, script.parts))
     text = linear(script)
     if not text.strip(PRIME):
         return text
-    return f"{mark}{text}" if len(text) == 1 or text.isalnum() else f"{mark}({text})"
+    return f"{mark}{text}" if text.isalnum() else f"{mark}({text})"
 
 
 def _whole(node: Node) -> str:

@@ -5,9 +5,23 @@ from __future__ import annotations
 from html import escape
 
 from .formula import (
-    INTEGRAL, Bracketed, Dotted, Fraction, Function, Integral, Letter, Node, Number, Operator, Role, Root, Row, Scripted,
-    Space, Words,
-)  # fmt: skip
+    INTEGRAL,
+    Bracketed,
+    Dotted,
+    Fraction,
+    Function,
+    Integral,
+    Letter,
+    Node,
+    Number,
+    Operator,
+    Role,
+    Root,
+    Row,
+    Scripted,
+    Space,
+    Words,
+)
 
 _APPLICATION = "&#8289;"
 """The invisible operator between a function and what it is of."""

@@ -13,9 +13,25 @@ from itertools import pairwise
 
 from .. import project
 from .formula import (
-    PRIME, Bracketed, Dotted, Fraction, Function, Integral, Letter, Node, Number, Operator, Role, Root, Row, Scripted,
-    Space, Words, is_tall, read_formula,
-)  # fmt: skip
+    PRIME,
+    Bracketed,
+    Dotted,
+    Fraction,
+    Function,
+    Integral,
+    Letter,
+    Node,
+    Number,
+    Operator,
+    Role,
+    Root,
+    Row,
+    Scripted,
+    Space,
+    Words,
+    is_tall,
+    read_formula,
+)
 from .linear import linear
 from .mathml import mathml
 
@@ -25,6 +41,7 @@ _QUAD = 1.0
 _INTEGRAL = "M47 9C44 2 34 1 31 15L19 105C16 119 6 118 3 111"
 _SURD = "M2 60L14 52L30 98L60 0"
 _SURD_STROKE = "M14 52L30 98"
+_DOTLESS = {"i": "\N{LATIN SMALL LETTER DOTLESS I}", "j": "\N{LATIN SMALL LETTER DOTLESS J}"}
 _TALL_BRACKETS = {"(": "round", ")": "round", "[": "square", "]": "square", "|": "bar"}
 
 
@@ -38,7 +55,9 @@ def formula_html(latex: str, *, displayed: bool = False) -> str:
     """
     tree = read_formula(latex)
     kind, block = (" fx-display", ' display="block"') if displayed else ("", "")
-    seen = "".join(f'<span class="fx-part">{_row(part)}</span> ' for part in _parts(tree)) if displayed else _visible(tree)
+    seen = (
+        "".join(f'<span class="fx-part">{_row(part)}</span> ' for part in _parts(tree)) if displayed else _visible(tree)
+    )
     return (
         f'<span class="formula{kind}"><span class="fx-spoken"><math{block}>{mathml(tree)}</math></span>'
         f'<span class="fx-seen" aria-hidden="true">{seen.rstrip()}</span>'
@@ -48,8 +67,9 @@ def formula_html(latex: str, *, displayed: bool = False) -> str:
 
 def equation_html(latex: str, label: str) -> str:
     """Return a displayed formula with its label, a text such as "Eq. (3)", at its right; the label may be empty."""
+    room = f'<div class="formula-room">{formula_html(latex, displayed=True)}</div>'
     told = f'<span class="formula-label">{escape(label, quote=False)}</span>' if label else ""
-    return f'<div class="formula-equation"><div class="formula-room">{formula_html(latex, displayed=True)}</div>{told}</div>'
+    return f'<div class="formula-equation">{room}{told}</div>'
 
 
 def formula_css() -> str:
@@ -82,7 +102,10 @@ def _visible(node: Node) -> str:
         case Bracketed():
             return _bracketed(node)
         case Dotted(letter):
-            return _span("dotted", _span("i", letter) + _span("over", _span(f"dot {_height(letter)}", "")))
+            return _span(
+                "dotted",
+                _span("i", _DOTLESS.get(letter, letter)) + _span("over", _span(f"dot fx-{_height(letter)}", "")),
+            )
         case Integral():
             return _drawn("integral", "0 0 50 120", f'<path d="{_INTEGRAL}"/>')
         case Space(width):
@@ -129,8 +152,9 @@ def _scripted(node: Scripted) -> str:
         return base + _span("stack", _span("upper", above) + _span("lower", below))
     name, script = ("sup", above) if above else ("sub", below)
     if is_tall(node.base):
-        return _span("tall", _span("base", base) + _span(f"far-{name}", script))
-    return base + _span(name, script)
+        return _span(f"tall-{name}", _span("base", base) + _span(f"far-{name}", script))
+    high = any(is_tall(row) for row in (node.above, node.below) if row)
+    return base + _span(f"{name} fx-high" if high else name, script)
 
 
 def _bracketed(node: Bracketed) -> str:
@@ -143,8 +167,10 @@ def _bracketed(node: Bracketed) -> str:
 
 
 def _height(letter: str) -> str:
-    """Return the class of how high a letter is, for the dot on it."""
-    return "fx-low" if letter in "acegmnopqrsuvwxyzαγεηικμνοπρςστυφχψω" else "fx-high"
+    """Return how high a letter is, for the dot on it."""
+    if letter.isupper():
+        return "capital"
+    return "ascender" if letter in "bdfhkltβδζθλξ" else "small"
 
 
 def _drawn(name: str, box: str, paths: str) -> str:

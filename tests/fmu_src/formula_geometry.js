@@ -2,44 +2,54 @@
 () => {
   const brush = document.createElement("canvas").getContext("2d");
   const found = { fractions: 0, scripts: 0, brackets: 0, roots: 0, dots: 0, texts: 0, wrong: [] };
+  const glyphs = new Map();
   const box = (element) => element.getBoundingClientRect();
   const size = (element) => parseFloat(getComputedStyle(element).fontSize);
 
-  function baseline(node) {
+  // A box without size stands on the baseline. All are put in at once, as each change lays out the page anew.
+  const hanging = ".fx-fraction, .fx-sub, .fx-sup, .fx-stack, .fx-tall-sub, .fx-tall-sup, .fx-limited";
+  const nodes = [...document.querySelectorAll(".fx-seen")].flatMap((seen) => [...seen.querySelectorAll(hanging), ...textsIn(seen)]);
+  const probes = nodes.map((node) => {
     const probe = document.createElement("span");
     probe.style.cssText = "display:inline-block;width:0;height:0";
     node.parentNode.insertBefore(probe, node);
-    const { bottom } = box(probe);
-    probe.remove();
-    return bottom;
+    return probe;
+  });
+  const baselines = new Map(probes.map((probe, index) => [nodes[index], box(probe).bottom]));
+  probes.forEach((probe) => probe.remove());
+
+  function textsIn(element) {
+    const walker = document.createTreeWalker(element, NodeFilter.SHOW_TEXT);
+    const all = [];
+    while (walker.nextNode()) if (walker.currentNode.data.trim()) all.push(walker.currentNode);
+    return all;
   }
 
   function measured(text, element) {
     const style = getComputedStyle(element);
-    brush.font = `${style.fontStyle} ${style.fontWeight} 1000px ${style.fontFamily}`; // large, as it counts whole pixels
-    const glyphs = brush.measureText(text);
-    const scale = size(element) / 1000;
-    return { ascent: glyphs.actualBoundingBoxAscent * scale, descent: glyphs.actualBoundingBoxDescent * scale };
+    const font = `${style.fontStyle} ${style.fontWeight} 1000px ${style.fontFamily}`; // large, as it counts whole pixels
+    if (!glyphs.has(font + text)) {
+      brush.font = font;
+      glyphs.set(font + text, brush.measureText(text));
+    }
+    const { actualBoundingBoxAscent: ascent, actualBoundingBoxDescent: descent } = glyphs.get(font + text);
+    const scale = parseFloat(style.fontSize) / 1000;
+    return { ascent: ascent * scale, descent: descent * scale };
   }
 
   function ink(node) {
     const range = document.createRange();
     range.selectNodeContents(node);
     const { left, right } = range.getBoundingClientRect();
-    const glyphs = measured(node.data, node.parentElement);
-    const line = baseline(node);
+    const height = measured(node.data, node.parentElement);
+    const line = baselines.get(node);
     return {
       text: node.data, em: size(node.parentElement), left, right, line,
-      top: line - glyphs.ascent, bottom: line + glyphs.descent,
+      top: line - height.ascent, bottom: line + height.descent,
     };
   }
 
-  function inks(element) {
-    const walker = document.createTreeWalker(element, NodeFilter.SHOW_TEXT);
-    const all = [];
-    while (walker.nextNode()) if (walker.currentNode.data.trim()) all.push(walker.currentNode);
-    return all.map(ink);
-  }
+  const inks = (element) => textsIn(element).map(ink);
 
   const extent = (list) => ({
     left: Math.min(...list.map((one) => one.left)), right: Math.max(...list.map((one) => one.right)),
@@ -56,7 +66,7 @@
       const [above, below] = fraction.children;
       const em = size(fraction.parentElement);
       const minus = measured("\u2212", fraction.parentElement);
-      const axis = baseline(fraction) - (minus.ascent - minus.descent) / 2;
+      const axis = baselines.get(fraction) - (minus.ascent - minus.descent) / 2;
       const bar = box(below).top + parseFloat(getComputedStyle(below).borderTopWidth) / 2;
       expect(Math.abs(bar - axis) < 0.06 * em, `a bar is ${((axis - bar) / em).toFixed(3)} em above the axis`);
       const [over, under] = [above, below].map((part) => extent(inks(part)));
@@ -77,7 +87,7 @@
       const inside = inks(script);
       const raised = script.matches(".fx-sup, .fx-upper, .fx-far-sup");
       const em = size(whole.parentElement);
-      const shift = (baseline(whole) - inside[0].line) / em;
+      const shift = (baselines.get(whole) - inside[0].line) / em;
       expect(raised ? shift > 0.25 : shift < -0.1, `a script is ${shift.toFixed(2)} em above the baseline`);
       const high = tall || script.querySelector(".fx-fraction");
       expect(Math.abs(shift) < (high ? 2.5 : 0.6), "a script is far from its base");

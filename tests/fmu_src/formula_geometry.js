@@ -7,7 +7,7 @@
   const size = (element) => parseFloat(getComputedStyle(element).fontSize);
 
   // A box without size stands on the baseline. All are put in at once, as each change lays out the page anew.
-  const hanging = ".fx-fraction, .fx-sub, .fx-sup, .fx-stack, .fx-tall-sub, .fx-tall-sup, .fx-limited";
+  const hanging = ".fx-fraction, .fx-sub, .fx-sup, .fx-stack, .fx-tall-sub, .fx-tall-sup, .fx-limited, .fx-bracketed, .fx-root";
   const nodes = [...document.querySelectorAll(".fx-seen")].flatMap((seen) => [...seen.querySelectorAll(hanging), ...textsIn(seen)]);
   const probes = nodes.map((node) => {
     const probe = document.createElement("span");
@@ -70,7 +70,7 @@
       const bar = box(below).top + parseFloat(getComputedStyle(below).borderTopWidth) / 2;
       expect(Math.abs(bar - axis) < 0.06 * em, `a bar is ${((axis - bar) / em).toFixed(3)} em above the axis`);
       const [over, under] = [above, below].map((part) => extent(inks(part)));
-      expect(over.bottom < bar && bar < under.top, "a bar touches what it divides");
+      expect(over.bottom + 0.06 * em < bar && bar < under.top - 0.06 * em, "a bar touches what it divides");
       expect(box(below).left <= Math.min(over.left, under.left), "a bar is too short at the left");
       expect(box(below).right >= Math.max(over.right, under.right), "a bar is too short at the right");
     });
@@ -89,10 +89,18 @@
       const em = size(whole.parentElement);
       const shift = (baselines.get(whole) - inside[0].line) / em;
       expect(raised ? shift > 0.25 : shift < -0.1, `a script is ${shift.toFixed(2)} em above the baseline`);
+      if (script.matches(".fx-far-sup")) expect(extent(inside).top < box(base).top, "a script does not stand out");
       const high = tall || script.querySelector(".fx-fraction");
       expect(Math.abs(shift) < (high ? 2.5 : 0.6), "a script is far from its base");
       expect(size(script) < 0.85 * em, "a script is as large as its base");
       expect(inside[0].left > text.right - (limits ? 0.6 : 0.02) * em, "a script is not right of its base");
+    });
+
+    each(".fx-bracketed, .fx-root", (around) => {
+      const content = around.querySelector(".fx-content");
+      const within = [...textsIn(content), ...content.querySelectorAll(hanging)];
+      const own = within.find((node) => node.parentElement.closest(hanging) === around);
+      expect(Math.abs(baselines.get(own) - baselines.get(around)) < 0.02 * size(around), "a content has left the line");
     });
 
     each(".fx-bracketed", (bracketed) => {

@@ -24,7 +24,7 @@ EXAMINE = Path(__file__).with_name("formula_geometry.js").read_text(encoding="ut
 HARD = (
     r"x_{\frac{a}{b}}^{\frac{c}{d}} + e^{-\frac{t}{\tau}}",
     r"\frac{\frac{a_b^2}{c}}{1 + \frac{1}{x}}",
-    r"\sqrt{1 + \sqrt{\frac{a}{b}}}",
+    r"\sqrt{x_f} \sqrt{1 + \sqrt{\frac{a}{b}}}",
     r"(\frac{a}{b})_0 + [\frac{a}{b}]^{2 n}",
     r"\frac{\dot{U}_b^2}{\dot{\theta}} \dot{f} \dot{J} \dot{i} \dot{\Omega}",
     r"\exp(-\frac{x}{2}) \ln x - \sin x",
@@ -50,7 +50,7 @@ def browser() -> Generator[Browser]:
         started.close()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def page(browser: Browser) -> Generator[Page]:
     """A page with every formula of every FMU and the hard ones, displayed and within a line."""
     parts = [text for model in MODELS.values() for text in (model.verdict, *model.use, *model.limits)]

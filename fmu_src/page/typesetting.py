@@ -55,13 +55,12 @@ def formula_html(latex: str, *, displayed: bool = False) -> str:
     """
     tree = read_formula(latex)
     kind, block = (" fx-display", ' display="block"') if displayed else ("", "")
-    seen = (
-        "".join(f'<span class="fx-part">{_row(part)}</span> ' for part in _parts(tree)) if displayed else _visible(tree)
-    )
+    seen = " ".join(_span("part", _row(part)) for part in _parts(tree)) if displayed else _visible(tree)
+    copied = escape(linear(tree), quote=False)
     return (
         f'<span class="formula{kind}"><span class="fx-spoken"><math{block}>{mathml(tree)}</math></span>'
-        f'<span class="fx-seen" aria-hidden="true">{seen.rstrip()}</span>'
-        f'<span class="fx-copied" aria-hidden="true">{escape(linear(tree), quote=False)}</span></span>'
+        f'<span class="fx-seen" aria-hidden="true">{seen}</span>'
+        f'<span class="fx-copied" aria-hidden="true">{_span("marked", copied)}</span></span>'
     )
 
 
@@ -102,10 +101,8 @@ def _visible(node: Node) -> str:
         case Bracketed():
             return _bracketed(node)
         case Dotted(letter):
-            return _span(
-                "dotted",
-                _span("i", _DOTLESS.get(letter, letter)) + _span("over", _span(f"dot fx-{_height(letter)}", "")),
-            )
+            dot = _span("over", _span(f"dot fx-{_height(letter)}", ""))
+            return _span("dotted", _span("i", _DOTLESS.get(letter, letter)) + dot)
         case Integral():
             return _drawn("integral", "0 0 50 120", f'<path d="{_INTEGRAL}"/>')
         case Space(width):

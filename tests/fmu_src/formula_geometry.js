@@ -7,8 +7,10 @@
   const size = (element) => parseFloat(getComputedStyle(element).fontSize);
 
   // A box without size stands on the baseline. All are put in at once, as each change lays out the page anew.
-  const hanging = ".fx-fraction, .fx-sub, .fx-sup, .fx-stack, .fx-tall-sub, .fx-tall-sup, .fx-limited, .fx-bracketed, .fx-root";
-  const nodes = [...document.querySelectorAll(".fx-seen")].flatMap((seen) => [...seen.querySelectorAll(hanging), ...textsIn(seen)]);
+  const hanging = ".fx-fraction, .fx-sub, .fx-sup, .fx-stack, .fx-tall-sub, .fx-tall-sup, .fx-limited, .fx-bracketed, "
+    + ".fx-root";
+  const nodes = [...document.querySelectorAll(".fx-seen")]
+    .flatMap((seen) => [...seen.querySelectorAll(hanging), ...textsIn(seen)]);
   const probes = nodes.map((node) => {
     const probe = document.createElement("span");
     probe.style.cssText = "display:inline-block;width:0;height:0";
@@ -121,7 +123,8 @@
       const inside = extent(inks(content));
       const roof = box(content).top + parseFloat(getComputedStyle(content).borderTopWidth);
       expect(roof < inside.top && box(sign).bottom >= inside.bottom, "a root is lower than its content");
-      expect(box(content).left <= inside.left && box(content).right >= inside.right, "a root does not cover its content");
+      const covered = box(content).left <= inside.left && box(content).right >= inside.right;
+      expect(covered, "a root does not cover its content");
       expect(Math.abs(box(sign).right - box(content).left) < 0.5, "the bar of a root begins elsewhere than its sign");
     });
 

@@ -131,7 +131,7 @@ def test_a_screen_reader_is_given_mathml(latex: str, expected: str) -> None:
 )
 def test_a_copied_formula_is_a_line_of_text(latex: str, expected: str) -> None:
     assert linear(read_formula(latex)) == expected
-    assert f'aria-hidden="true">{expected}</span></span>' in formula_html(latex)
+    assert f'<span class="fx-marked">{expected}</span></span></span>' in formula_html(latex)
 
 
 def test_functions_keep_their_distance_from_letters_and_not_from_brackets() -> None:

@@ -9,7 +9,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+PAGES = sorted(
+    [*ROOT.glob("*.md"), *(path for path in (ROOT / "docs").rglob("*.md") if "node_modules" not in path.parts)]
+)
+MADE = {
+    ROOT / "docs" / "reference" / name for name in ("fmus.md", "commands.md", "python.md", "fmus/DrillingProgram.md")
+}
+"""Pages that docs/site makes; tests/site follows the links to them."""
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 TELLERS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "docs" / "hardening.md", *WORKFLOWS]
 

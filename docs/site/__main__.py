@@ -14,9 +14,10 @@ from sphinx.util.docutils import docutils_namespace
 
 from fmu_src.console.page import BUILT, PAGE, build_page, is_built
 from fmu_src.errors import BuildError
+from fmu_src.page.typesetting import formula_css
 
 from .commands import commands_page
-from .fmu_pages import fmu_pages, manual_style
+from .fmu_pages import fmu_pages
 from .gallery import gallery
 from .python_pages import python_pages
 from .scripts import take_mathjax
@@ -52,7 +53,7 @@ def make(folder: Path, console: Path | None = None) -> Path:
         path.write_text(text, encoding="utf-8")
     take_mathjax(static / "mathjax")
     shutil.copyfile(DOCS / "site" / "site.css", static / "site.css")
-    (static / "manual.css").write_text(manual_style(), encoding="utf-8")
+    (static / "formula.css").write_text(formula_css(), encoding="utf-8")
     (extra / "console").mkdir(parents=True)
     shutil.copyfile(console or _console(), extra / "console" / "index.html")
     _run_sphinx(

@@ -13,20 +13,14 @@ from fmu_src.schema import Model, Packaging
 NONE = "\N{EN DASH}"
 _NUMBERED = re.compile(r"\b(model|cures) (\d+)")
 _HEADING = re.compile(r"<h([23])[^>]*>(.*?)</h[23]>")
-_STYLE = re.compile(r"<style>(.*?)</style>", re.DOTALL)
-_REFERENCE = re.compile(r'(<(td|span) class="reference")>([^<]*)')
-_SHOWN = re.compile(r'<span class="reference">cures (\d+)')
+_REFERENCE = re.compile(r'(<(td class="reference"|span class="formula-label"))>([^<]*)')
+_SHOWN = re.compile(r'<span class="formula-label">cures (\d+)')
 
 
 def fmu_pages() -> dict[str, str]:
     """Return the pages by their path from the root of the site's sources."""
     pages = {f"reference/fmus/{name}.md": _page(model) for name, model in MODELS.items()}
     return {"reference/fmus.md": _index(), **pages}
-
-
-def manual_style() -> str:
-    """Return the style of the manuals, as it stands in them."""
-    return "\n".join(_STYLE.findall(_manual(next(iter(MODELS.values())))))
 
 
 def _index() -> str:
@@ -67,7 +61,7 @@ def _raw(content: str, name: str) -> list[str]:
         return []
 
     def linked(found: re.Match[str]) -> str:
-        shown = re.match(r"cures (\d+)", found[3]) if found[2] == "span" else None
+        shown = re.match(r"cures (\d+)", found[3]) if found[2].startswith("span") else None
         anchor = f' id="equation-{shown[1]}"' if shown else ""  # the manuals are where these are shown
         return f"{found[1]}{anchor}>{_NUMBERED.sub(lambda number: _link(number, name), found[3])}"
 

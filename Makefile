@@ -103,7 +103,7 @@ fuzz: setup
 # Compares with what users would do otherwise; numba, jitcdde (needs a C compiler) and pytest-benchmark are its own.
 bench: setup fmus $(VENV)/bench-installed
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest tests/bench -o python_files='bench_*.py' -o python_functions='bench_*' \
-	    --benchmark-columns=min,median,rounds --benchmark-sort=min --benchmark-group-by=group
+	    --benchmark-columns=min,median,rounds --benchmark-sort=min --benchmark-group-by=group $(ARGUMENTS)
 
 $(VENV)/bench-installed: requirements/bench.txt $(VENV)/installed
 	$(call install,requirements/bench.txt)

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 from tests.bench.coupled import LOOPS, STEPS
+from tests.bench.page import write_page
 from tests.bench.peers import RECORDED
+
+
+def pytest_addoption(parser: Any) -> None:
+    parser.addoption("--page", default="", help="Write the page of benchmarks to this file.")
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
@@ -17,10 +23,14 @@ def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
     write = terminalreporter.write_line
     write("")
     costs = {bench.name: bench.extra_info for bench in session.benchmarks if "cpu" in bench.extra_info}
-    for name, text in (_ratios(least) | _sweeps(costs)).items():
+    ratios = _ratios(least) | _sweeps(costs)
+    for name, text in ratios.items():
         write(f"{name:<72}{text}")
-    for run in RECORDED:
-        write(f"recorded once: {run.peer}, period error {run.error:g} s: {run.seconds:g} s")
+    recorded = [f"recorded once: {run.peer}, period error {run.error:g} s: {run.seconds:g} s" for run in RECORDED]
+    for line in recorded:
+        write(line)
+    if page := config.getoption("--page"):
+        write_page(Path(page), ratios, recorded, session.benchmarks)
 
 
 def _sweeps(costs: dict[str, dict[str, float]]) -> dict[str, str]:

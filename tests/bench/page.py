@@ -14,15 +14,15 @@ from cosim.run.report import commit
 
 HEAD = """# Benchmarks
 
-What the product costs, and what its users would pay for something else. All figures are of one run of `make bench` on the machine
-below, each from the fastest of several rounds, so that ratios can be compared and times only within this page. `make bench` shows
-them on yours; `make bench ARGUMENTS=--page=docs/benchmarks.md` writes this page.
+What the product costs, and what its users would pay for something else. All figures are of one run of `make bench` on
+the machine below, each from the fastest of several rounds, so that ratios can be compared, and times only within this
+page. `make bench` shows them on yours; `make bench ARGUMENTS=--page=docs/benchmarks.md` writes this page.
 """
 AFTER = """
-The peers solve the same plant for 100 s of Fig. 2: a careful script in numba on a ring buffer, with and without located stops and
-releases; JiTCDDE, a compiled solver of delay equations; a Riemann solver and a method of lines in NumPy and SciPy; PathSim, a simulator
-of block diagrams. Each is at the coarsest resolution at which the period of the cycle is right to the error that is named, and every
-finer one that was tried is right too. Where a peer is missing it did not come within that error.
+The peers solve the same plant for 100 s of Fig. 2: a careful script in numba on a ring buffer, with and without located
+stops and releases; JiTCDDE, a compiled solver of delay equations; a Riemann solver in NumPy. Each is at the coarsest
+resolution at which the period of the cycle is right to the error that is named, and every finer one that was tried is
+right too. What took too long to be repeated was run once, on another day.
 """
 
 

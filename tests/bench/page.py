@@ -20,7 +20,7 @@ page. `make bench` shows them on yours; `make bench ARGUMENTS=--page=docs/benchm
 """
 AFTER = """
 The peers solve the same plant for 100 s of Fig. 2: a careful script in numba on a ring buffer, with and without located
-stops and releases; JiTCDDE, a compiled solver of delay equations; a Riemann solver in NumPy. Each is at the coarsest
+stops and releases; JiTCDDE, a compiled solver of delay equations; the method of lines in SciPy. Each is at the coarsest
 resolution at which the period of the cycle is right to the error that is named, and every finer one that was tried is
 right too. What took too long to be repeated was run once, on another day.
 """

@@ -16,6 +16,7 @@ import traceback
 def main() -> None:
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what C code or other processes write is no answer
+    sys.path[0] = ""  # the page's folder, as for one who types
     session: dict[str, object] = {"__name__": "__main__"}
     for request in sys.stdin:
         block = json.loads(request)

@@ -32,7 +32,7 @@ class Told:
     replaced: tuple[tuple[str, str], ...] = ()
     file: str | None = None
     figures_differ: str | None = None
-    interrupted_after: float | None = None
+    interrupted_once: str | None = None
 
 
 @dataclass(frozen=True)
@@ -154,8 +154,8 @@ def _told(path: Path, comments: Sequence[tuple[int, str]]) -> Told:
             known["file"] = found[1]
         elif found := re.fullmatch(r"figures differ: (.+)", text):
             known["figures_differ"] = found[1]
-        elif found := re.fullmatch(r"interrupted after (\d+(?:\.\d+)?) s", text):
-            known["interrupted_after"] = float(found[1])
+        elif found := re.fullmatch(r"interrupted once (\S+) is there", text):
+            known["interrupted_once"] = found[1]
         else:
             raise PageError(path, line, f"the comment {text!r} above a block says nothing that is known")
     return Told(left_out=tuple(left_out), **known)  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ import re
 import signal
 import subprocess
 import sys
-from contextlib import suppress
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -20,6 +20,9 @@ from tests.docs.pages import ROOT, Block, Page
 FILES = {"toml", "csv", "xml", "yaml", "json", "ini"}
 SHOWN = {"math", "bibtex"}
 """Languages of blocks that are looked at; `formats` examines them."""
+
+SOURCES = {"build_fmu.py": "build_fmu.py", "models": "from models"}
+"""What a page's reader takes from the checkout, and how one sees it."""
 
 ENVIRONMENT = Path(sys.executable).parent
 LONGEST = 300.0
@@ -44,12 +47,12 @@ class Session:
         self.folder = folder
         self.last: Printed | None = None
         self._python: subprocess.Popen[str] | None = None
-        # a reader's terminal, but one that is a file: no colours, and lines as wide as tables are
-        # a page's folders and caches are its own; the compiler's cache is the checkout's, by tests/conftest.py
+        # as in a pipe: no colours, and tables as wide as they are; and compiled modules are kept, as make has it
         own = {"NO_COLOR": "1", "MPLBACKEND": "Agg", "PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}
         kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST", "COV_", "FORCE"))}
         self.environment = kept | own | {"PATH": f"{ENVIRONMENT}{os.pathsep}{os.environ['PATH']}"}
-        self.environment.pop("COLUMNS", None)
+        for name in ("COLUMNS", "PYTHONDONTWRITEBYTECODE"):
+            self.environment.pop(name, None)
         lay_out(page, folder)
 
     def __enter__(self) -> Session:
@@ -75,7 +78,7 @@ class Session:
             if block.told.not_run is not None:
                 self._leave(block)
             elif block.language == "sh":
-                self._keep(block, self._bash(block, block.content, interrupted=block.told.interrupted_after))
+                self._keep(block, self._bash(block, block.content))
             elif block.language == "python" and block.file is None:
                 self._keep(block, self._exec(block))
             elif block.language == "text":
@@ -122,28 +125,35 @@ class Session:
         if difference := differences(_replaced(block, shown), printed, figures=block.told.figures_differ is None):
             raise block.error(f"what is printed is not what is shown:\n{difference}")
 
-    def _bash(self, block: Block, script: str, fails: bool = False, interrupted: float | None = None) -> str:
+    def _bash(self, block: Block, script: str, fails: bool = False) -> str:
         """Run lines by bash until one fails; return what was printed, to both outputs."""
         lines = [line for line in script.splitlines() if not line.startswith(block.told.left_out or ("\0",))]
         script = _replaced(block, "\n".join(lines))
-        told = "trap 'echo \"bash: line $LINENO ended with $?\" >&2' ERR\n" if not fails else ""
-        command = ["bash", "-e", "-u", "-o", "pipefail", "-c", told + script]
+        trap = "" if fails or block.told.interrupted_once else "trap 'echo \"bash: line $LINENO ended with $?\" >&2' ERR\n"
+        command = ["bash", "-e", "-u", "-o", "pipefail", "-c", trap + script]
         options = {"cwd": self.folder, "env": self.environment, "text": True, "start_new_session": True}
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **options) as process:
+            awaited = block.told.interrupted_once
+            if awaited is not None:
+                self._interrupt(block, process, self.folder / awaited)
             try:
-                printed, _ = process.communicate(timeout=interrupted or LONGEST)
-            except subprocess.TimeoutExpired:
-                with suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL if interrupted is None else signal.SIGINT)
                 printed, _ = process.communicate(timeout=LONGEST)
-                if interrupted is None:
-                    raise block.error(f"not done after {LONGEST} s:\n{printed}") from None
-            else:
-                if interrupted is not None:
-                    raise block.error(f"done before it could be interrupted:\n{printed}")
-        if interrupted is None and (process.returncode != 0) is not fails:
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                raise block.error(f"not done after {LONGEST} s") from None
+        if awaited is None and (process.returncode != 0) is not fails:
             raise block.error(f"exit code {process.returncode}:\n{script}\n{printed}")
         return printed
+
+    @staticmethod
+    def _interrupt(block: Block, process: subprocess.Popen[str], awaited: Path) -> None:
+        """Press Ctrl-C once a file is there."""
+        end = time.monotonic() + LONGEST
+        while not awaited.exists():
+            if process.poll() is not None or time.monotonic() > end:
+                raise block.error(f"ended, or took {LONGEST} s, before there was {awaited.name}")
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGINT)
 
     def _exec(self, block: Block) -> str:
         """Run a block in the page's session of Python; return what was printed."""
@@ -188,8 +198,8 @@ def lay_out(page: Page, folder: Path) -> None:
             (folder / "dist" / packaging).mkdir(parents=True)
             for fmu in (ROOT / "dist" / packaging).glob("*.fmu"):
                 (folder / "dist" / packaging / fmu.name).symlink_to(fmu)
-    for name in ("build_fmu.py",):
-        if name in code:
+    for name, sign in SOURCES.items():
+        if sign in code:
             (folder / name).symlink_to(ROOT / name)
 
 

@@ -7,6 +7,7 @@ It looks at what is run and what is not, at commands within prose, and at synops
 from __future__ import annotations
 
 import importlib.util
+import pkgutil
 import re
 import shlex
 import sys
@@ -83,14 +84,26 @@ def _steps(node: object) -> Iterator[str]:
 
 
 def wrong_inline(code: str) -> list[str]:
-    """Examine code within prose: a command, or options by themselves."""
+    """Examine code within prose: a command, options by themselves, a module or a name in it, a file."""
     if re.match(r"(cosim|make|python|pip) ", code):
         return wrong_in(code)
-    if not code.startswith("--"):
-        return []
-    known = (OF_PIP | {"--help"}).union(*(options_of(command) for command in command_tree().values()))
-    names = [word.partition("=")[0] for word in code.split() if word.startswith("--")]
-    return [f"no command has the option {name}" for name in names if name not in known]
+    if code.startswith("--"):
+        known = (OF_PIP | {"--help"}).union(*(options_of(command) for command in command_tree().values()))
+        names = [word.partition("=")[0] for word in code.split() if word.startswith("--")]
+        return [f"no command has the option {name}" for name in names if name not in known]
+    if re.fullmatch(r"(?:cosim|models|fmu_src|tests)(?:\.[a-z]\w*)+(?:\(\))?", code):
+        return [] if _can_be_imported(code.removesuffix("()")) else [f"no {code} in the product"]
+    is_file = re.fullmatch(r"[\w./-]+\.(?:py|md|toml|txt|yml|c|h|js)", code)
+    return [f"no {code} in the checkout"] if is_file and not _is_there(code) else []
+
+
+def _can_be_imported(name: str) -> bool:
+    """Return whether a dotted name is a module, or what is found in one."""
+    try:
+        pkgutil.resolve_name(name)
+    except (ImportError, AttributeError):
+        return False
+    return True
 
 
 def wrong_in(line: str) -> list[str]:

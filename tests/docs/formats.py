@@ -11,10 +11,14 @@ from xml.etree import ElementTree
 
 import yaml
 
+from cosim import load_scenario
+from cosim.errors import CosimError
+from cosim.league.entries import load_league
+from cosim.scenario.parameters import load_parameters
 from tests.docs.pages import Block, Page
 
 RUN = {"sh", "python", "text"}
-FILES = {"toml", "csv", "xml", "yaml", "json", "ini", "diff"}
+FILES = {"toml", "csv", "xml", "yaml", "json", "diff"}
 LOOKED_AT = {"math", "bibtex"}
 NEVER_RUN = {"bat"}
 """Languages that nothing here runs: their blocks say why."""
@@ -68,16 +72,14 @@ def examine(block: Block) -> None:
 
 
 def examine_file(block: Block, path: Path) -> None:
-    """Load a file that was written if it is a scenario: then it names only what there is."""
+    """Load a file that was written, if it is one of ours: then it names only what there is."""
     if block.language != "toml":
         return
-    from cosim import load_scenario
-    from cosim.errors import CosimError
-
-    if "components" not in tomllib.loads(block.content):
-        return
+    known = tomllib.loads(block.content)
+    loaders = {"components": load_scenario, "tunes": load_league, "laws": load_league, "parameters": load_parameters}
     try:
-        load_scenario(str(path))
+        for key in known.keys() & loaders:
+            loaders[key](path)
     except CosimError as error:
         raise block.error(str(error)) from error
 

@@ -17,13 +17,13 @@ const browser = await playwright.chromium.launch({
     "--disable-component-update", "--disable-sync"],
 });
 
-async function open(hash = "", options = {}) {
+async function open(hash = "", options = {}, at = address) {
   const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, bypassCSP: false, ...options });
   const tab = await context.newPage();
   tab.on("console", (message) => ["error", "warning"].includes(message.type()) && report.errors.push(message.text()));
   tab.on("pageerror", (error) => report.errors.push(String(error)));
   tab.on("request", (request) => /^(file|blob|data):/.test(request.url()) || report.requests.push(request.url()));
-  await tab.goto(address + hash);
+  await tab.goto(at + hash);
   return tab;
 }
 
@@ -194,13 +194,15 @@ for (const [name, [hash, options]] of Object.entries({
     await tab.selectOption("#preset", { label: "Fig. 4: higher speed" });
     report.preset = await asked();
   }
+  await tab.context().close(); // its map would go on
 }
 // inside another page: the link leads out of it, with what is set
-const around = await open("?embed");
-await around.setContent(`<title>around</title><iframe src="${address}?embed#law=absorber&speed=10" width="900" height="720"></iframe>`);
+const outer = `<title>around</title><iframe src="${address}?embed#law=absorber&speed=10" width="900" height="720"></iframe>`;
+writeFileSync(`${folder}/around.html`, outer);
+const around = await open("", {}, pathToFileURL(`${folder}/around.html`).href);
 const frame = await (await around.waitForSelector("iframe")).contentFrame();
 await frame.waitForFunction(() => window.drillstring?.time > 1);
-report.inside = await frame.evaluate(() => [document.documentElement.scrollHeight, document.querySelector("h1").clientHeight]);
+report.inside = await frame.evaluate(() => [document.documentElement.scrollHeight, document.querySelector("header").clientHeight]);
 await frame.locator("#alone").click();
 await around.waitForURL(/console\.html#/);
 report.alone = around.url().split("/").at(-1);

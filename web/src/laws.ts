@@ -40,10 +40,10 @@ const ENERGY = {
   set: { "law.bit_speed_ref": "omega", "law.bit_torque_ref": "torque" },
 } as const;
 
-const SPEED = "By the speed of the drive";
-const TORQUE = "By the torque of the motor";
-const WEIGHT = "By the weight on bit";
-const SUPERVISED = "By a supervisor";
+const SPEED = "Acting on the drive speed";
+const TORQUE = "Acting on the motor torque";
+const WEIGHT = "Acting on the weight on bit";
+const SUPERVISED = "Raising the set point";
 
 export const LAWS: Readonly<Record<Law, Kind>> = {
   none: { title: "none", group: "", parts: {} },
@@ -68,7 +68,7 @@ export const LAWS: Readonly<Record<Law, Kind>> = {
     standard: { "DissipativeLaw.form": 1 },
   },
   speed_pid: {
-    title: "speed controller (PI or PID)", group: TORQUE, parts: { law: "SpeedPid" }, takes: { "law.Omega": "drive.Omega_measured" },
+    title: "speed controller, PI or PID", group: TORQUE, parts: { law: "SpeedPid" }, takes: { "law.Omega": "drive.Omega_measured" },
     set: SWITCHED, gives: "law.motor_torque", needsDrive: true,
   },
   weight: {
@@ -76,14 +76,14 @@ export const LAWS: Readonly<Record<Law, Kind>> = {
     set: { "law.WOB_0": "weight" }, gives: "law.WOB",
   },
   supervisor: {
-    title: "speed raised by mud pulse", group: SUPERVISED, parts: { link: "MudPulse", supervisor: "SpeedSupervisor" },
+    title: "supervisor, by mud pulse", group: SUPERVISED, parts: { link: "MudPulse", supervisor: "SpeedSupervisor" },
     takes: {
       "supervisor.bit_speed": "plant.bit_speed", "link.value": "supervisor.severity", "supervisor.measured": "link.measured", "supervisor.valid": "link.valid",
     },
     set: { "supervisor.enabled": "enabled" }, gives: "supervisor.speed_ref", standard: { "MudPulse.range": 5 },
   },
   top_supervisor: {
-    title: "speed raised by what the top shows", group: SUPERVISED,
+    title: "supervisor, from the top", group: SUPERVISED,
     parts: { observer: "BitSpeedObserver", supervisor: "SpeedSupervisor" },
     takes: {
       "observer.top_speed": "top_speed", "observer.top_torque": "top_torque", "supervisor.bit_speed": "observer.bit_speed",

@@ -62,7 +62,7 @@ export const PRESETS: Readonly<Record<string, readonly Preset[]>> = {
     { name: "Fig. 6: damping at the bit, c_b = 150", changes: { string: { c_b: 150 } } },
     { name: "Fig. 7: energy law, tracking form", changes: { law: "tracking" } },
   ],
-  "Laws to be switched on": [
+  "Cures to switch on": [
     {
       name: "Soft torque", scenario: "soft-torque",
       changes: { law: "soft_torque", omega: 8, drive: "top_drive", enabled: false, gains: NOISE },
@@ -76,11 +76,11 @@ export const PRESETS: Readonly<Record<string, readonly Preset[]>> = {
       changes: { law: "speed_pid", omega: 12, enabled: false, string: { L: 3000 }, gains: { "TopDrive.J_r": 500 } },
     },
   ],
-  "Laws at work": [
+  "Cures at work": [
     { name: "Soft torque at 8 rad/s", changes: { law: "soft_torque", omega: 8 } },
-    { name: "Speed raised by mud pulse", scenario: "supervision", changes: { law: "supervisor" } },
+    { name: "Supervisor, by mud pulse", scenario: "supervision", changes: { law: "supervisor" } },
     {
-      name: "Speed raised by what the top shows", scenario: "top-supervision",
+      name: "Supervisor, from the top", scenario: "top-supervision",
       changes: { law: "top_supervisor", gains: NOISE },
     },
     {

@@ -64,7 +64,7 @@ export class Traces {
         {
           width: Math.max(place.clientWidth, 120), height: height(place), pxAlign: 0,
           title: "", cursor: { show: false }, legend: { live: false, isolate: false },
-          scales: { x: { time: false }, y: { range: (_plot, low, high) => [Math.min(0, 1.05 * low), Math.max(1.05 * high, 1e-3)] } },
+          scales: { x: { time: false }, y: { range: (_plot, low, high) => [Math.min(0, 1.05 * low), Math.max(1, 1.05 * high)] } },
           axes: [{ ...axis, size: 32, ...(height(place) < 150 ? {} : { label: "time [s]", labelSize: 18 }) }, { ...axis, label: height(place) < 150 ? symbol : `${trace.title} [${symbol}]`, labelSize: 18, size: 48, space: 26 }],
           series: [
             { label: "time" },

@@ -80,8 +80,8 @@ def core_tables() -> dict[str, dict[str, dict[str, Any]]]:
     """Return for each model, by the names of its variables, what the page has to know of them.
 
     That is the value reference and the start value, the least and the greatest value where they are finite, and of
-    parameters what it takes to ask for them: a text, the unit, the items of a choice, whether it is a whole number, and
-    by which choice it counts at all.
+    parameters what it takes to ask for them: a text, the unit, the items of a choice, whether it is a whole number, can
+    be set during a run, and by which choice it counts at all.
     """
     return {
         name: {variable.name: _row(reference, variable) for reference, variable in enumerate(MODELS[name].variables)}
@@ -109,6 +109,8 @@ def _asked(variable: Variable) -> dict[str, Any]:
         asked["items"] = variable.items
     if variable.kind == "Integer":
         asked["whole"] = True
+    if variable.variability == "tunable":
+        asked["tunable"] = True
     return asked
 
 

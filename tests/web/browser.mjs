@@ -81,6 +81,7 @@ for (const [name, program] of Object.entries(programs)) {
 const bistable = await open("#speed=50");
 await reached(bistable, 60);
 report.from_rest = await state(bistable);
+await bistable.waitForFunction(() => document.querySelector("#live").textContent.startsWith("Sticking")); // words are seldom
 report.live_from_rest = await bistable.textContent("#live");
 await bistable.keyboard.press("s");
 await bistable.waitForFunction(() => window.drillstring.settings.from === "steady"); // a run is begun anew with it
@@ -112,7 +113,7 @@ report.switched_off = await state(bistable);
 await bistable.locator("h1").click();
 await bistable.keyboard.press("l");
 const switchedAt = await bistable.evaluate(() => window.drillstring.time);
-await reached(bistable, 100);
+await reached(bistable, switchedAt + 40);
 report.switched_on = await state(bistable);
 report.switched = await bistable.evaluate(() => location.hash);
 report.went_on = switchedAt >= 60;
@@ -124,6 +125,8 @@ const typed = async (id, text) => {
   await bistable.keyboard.press("Enter");
   return bistable.inputValue(`#${id}`);
 };
+await typed("gain-SoftTorque-handover_time", "2"); // it can be tuned: the run goes on
+report.tuned = await bistable.evaluate(() => [window.drillstring.time >= 60, window.drillstring.settings.gains["SoftTorque.handover_time"]]);
 report.typed = {};
 for (const [id, text] of [["number-omega", "abc"], ["number-weight", "-3"], ["number-speed", "1000"], ["number-omegaRamp", "1e9"],
   ["gain-SoftTorque-filter_time", "0.05"], ["gain-SoftTorque-Omega_max", "-1"], ["gain-TopDrive-seed", "2.7"]]) {

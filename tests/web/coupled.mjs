@@ -20,7 +20,7 @@ function run(changes, seconds, switchedAt) {
   for (let step = 0; step <= steps; ++step) {
     rows.push(...columns.map(([model, reference]) => model.values[reference]));
     if (step === Math.round(switchedAt / rig.step)) {
-      rig.settings = { ...rig.settings, enabled: true };
+      rig.tune({ ...rig.settings, enabled: true });
     }
     rig.advance();
   }

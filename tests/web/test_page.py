@@ -84,8 +84,10 @@ def test_what_is_typed_is_kept_within_the_ranges_of_the_interface_tables(report:
     assert low is not None
     assert report["typed"] == {
         "number-omega abc": "8", "number-weight -3": "0", "number-speed 1000": "100", "number-omegaRamp 1e9": "10000",
-        "gain-SoftTorque-filter_time 0.05": "0.05", "gain-SoftTorque-Omega_max -1": f"{low:g}", "gain-TopDrive-seed 2.7": "3",
+        "gain-SoftTorque-filter_time 0.05": "0.05", "gain-SoftTorque-Omega_max -1": f"{low:g}",
+        "gain-TopDrive-seed 2.7": "3",
     }  # fmt: skip
+    assert report["tuned"] == [True, 2], "the run began anew for a parameter that can be tuned"
     assert report["own"], "the gains that mode own takes are not shown"
     gains = {"SoftTorque.filter_time": 0.05, "SoftTorque.Omega_max": low, "TopDrive.seed": 3, "SoftTorque.mode": 3}
     assert gains.items() <= report["gains"].items()

@@ -12,6 +12,8 @@ export interface Row {
   /** of a choice: what its values 1, 2, ... stand for */
   readonly items?: readonly string[];
   readonly whole?: boolean;
+  /** whether it can be set during a run */
+  readonly tunable?: boolean;
   /** the choice by which it counts, and the items with which it does */
   readonly by?: string;
   readonly with?: readonly string[];

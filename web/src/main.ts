@@ -62,10 +62,21 @@ function mapped(settings: Settings): Settings {
   return { ...settings, enabled: true, law: hasNoMap(settings) ? "none" : settings.law };
 }
 
-/** What a run, or a map, has to be begun anew for. */
+function isTunable(gain: string): boolean {
+  const [model = "", name = ""] = gain.split(".");
+  return TABLES[model]?.[name]?.tunable === true;
+}
+
+/** What a run has to be begun anew for. */
 function begun({ law, drive, feed, gains, string, omega }: Settings): string {
   const begins = LAWS[law].gives?.endsWith("speed_ref") === true; // a supervisor begins with the speed
-  return JSON.stringify([law, drive, feed, gains, string, begins ? omega : 0]);
+  const fixed = Object.entries(gains).filter(([gain]) => !isTunable(gain)).sort();
+  return JSON.stringify([law, drive, feed, fixed, string, begins ? omega : 0]);
+}
+
+/** What a map has to be made anew for. */
+function mapKey({ law, drive, feed, gains, string }: Settings): string {
+  return JSON.stringify([law, drive, feed, Object.entries(gains).sort(), string]);
 }
 
 class Page {
@@ -149,7 +160,8 @@ class Page {
     const old = this.#settings;
     this.#settings = settings;
     const other = begun(old) !== begun(settings);
-    if (other || old.from !== settings.from) {
+    element<HTMLSelectElement>("preset").value = "";
+    if (other || old.from !== settings.from || !element("trouble").hidden) {
       this.start(settings.from);
     } else {
       this.#order({ kind: "set", settings });
@@ -158,7 +170,7 @@ class Page {
       this.#traces.build(settings);
       this.#fresh = true;
     }
-    if (begun(mapped(old)) !== begun(mapped(settings))) {
+    if (mapKey(mapped(old)) !== mapKey(mapped(settings))) {
       clearTimeout(this.#mapTimer);
       this.#mapTimer = setTimeout(() => this.#renewMap(), MAP_WAIT);
     }
@@ -353,7 +365,10 @@ class Page {
       this.#traces.resize();
       [this.#fresh, this.#mapChanged] = [true, true];
     });
-    window.addEventListener("hashchange", () => this.take(fromAddress(location.hash, this.#standard, this.#limits, TABLES)));
+    window.addEventListener("hashchange", ({ newURL }) => {
+      // not location.hash, into which the address of before may just have been written
+      this.take(fromAddress(new URL(newURL).hash, this.#standard, this.#limits, TABLES));
+    });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.#traces.build(this.#settings);
       [this.#fresh, this.#mapChanged] = [true, true];
@@ -383,7 +398,9 @@ class Page {
       const chosen = preset.value === "" ? undefined : presets[Number(preset.value)];
       if (chosen) {
         const { units, speed } = this.#settings;
+        const { value } = preset;
         this.take(changed({ ...this.#standard, units, speed }, chosen.changes));
+        preset.value = value;
       }
     });
   }

@@ -118,6 +118,17 @@ export class Rig {
     this.time = end;
   }
 
+  /** Take up other settings, with parameters that can be tuned; the others are as at the start. */
+  tune(settings: Settings): void {
+    this.settings = settings;
+    for (const { name, parameters } of system(settings, this.core.tables).parts) {
+      const model = this.part(name);
+      Object.entries(parameters)
+        .filter(([parameter]) => model.row(parameter).tunable === true && name !== "plant")
+        .forEach(([parameter, value]) => model.set(parameter, value));
+    }
+  }
+
   release(): void {
     this.#models.forEach((model) => model.release());
   }

@@ -70,9 +70,7 @@ async function obey(order: Order): Promise<void> {
       start(order.settings);
       break;
     case "set":
-      if (rig) {
-        rig.settings = order.settings;
-      }
+      rig?.tune(order.settings);
       break;
     case "advance":
       if (order.run === run) {

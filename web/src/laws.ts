@@ -68,7 +68,7 @@ export const LAWS: Readonly<Record<Law, Kind>> = {
     standard: { "DissipativeLaw.form": 1 },
   },
   speed_pid: {
-    title: "speed controller, PI or PID", group: TORQUE, parts: { law: "SpeedPid" }, takes: { "law.Omega": "drive.Omega_measured" },
+    title: "speed controller (PID)", group: TORQUE, parts: { law: "SpeedPid" }, takes: { "law.Omega": "drive.Omega_measured" },
     set: SWITCHED, gives: "law.motor_torque", needsDrive: true,
   },
   weight: {

@@ -1,5 +1,6 @@
 /** The page: settings go to the workers, what they answer is shown. */
 
+import { begun, hasNoMap, mapKey, mapped } from "./begin";
 import { Controls } from "./controls";
 import { draw } from "./drawing";
 import { History, motion, type Motion } from "./history";
@@ -7,11 +8,12 @@ import { SeverityMap } from "./map";
 import { AXES, type Answer, type MapAnswer, type MapOrder, type Order } from "./orders";
 import type { Program } from "./replay";
 import { Gains } from "./gains";
-import { DRIVES, FEEDS, LAWS, type Drive, type Feed, type Law } from "./laws";
+import { LAWS } from "./laws";
+import { fillLists } from "./lists";
 import { severityWord, showNumbers, VERDICTS } from "./numbers";
 import { shown } from "./shown";
 import { hasDrive, hasDriller, models } from "./system";
-import { changed, defaults, fromAddress, limits, PRESETS, toAddress, unit, type From, type Settings } from "./settings";
+import { defaults, fromAddress, limits, toAddress, unit, type From, type Settings } from "./settings";
 import { Traces } from "./traces";
 
 const LONGEST_FRAME = 0.1; // s, of a frame that counts: a page in the background does not catch up
@@ -25,58 +27,12 @@ function element<Type extends HTMLElement>(id: string): Type {
   return document.getElementById(id) as Type;
 }
 
-interface Offer {
-  readonly title: string;
-  readonly value: string;
-  /** under which heading, if any */
-  readonly group: string;
-}
-
-function fill(list: HTMLSelectElement, offers: readonly Offer[]): void {
-  for (const { title, value, group } of offers) {
-    let place: HTMLElement = list;
-    if (group !== "") {
-      place = [...list.querySelectorAll("optgroup")].find(({ label }) => label === group) ?? document.createElement("optgroup");
-      (place as HTMLOptGroupElement).label = group;
-      list.append(place);
-    }
-    place.append(new Option(title, value));
-  }
-}
-
 function worker(source: string): Worker {
   return new Worker(URL.createObjectURL(new Blob([source], { type: "text/javascript" })));
 }
 
 function coreBytes(): ArrayBuffer {
   return Uint8Array.from(atob(CORE_BASE64), (char) => char.charCodeAt(0)).buffer;
-}
-
-/** Whether the law takes minutes to act, or never lets the string come to an end that could be told. */
-function hasNoMap({ law }: Settings): boolean {
-  return law === "supervisor" || law === "top_supervisor" || law === "printed";
-}
-
-/** What the map is made for: the law switched on, or the string without it. */
-function mapped(settings: Settings): Settings {
-  return { ...settings, enabled: true, law: hasNoMap(settings) ? "none" : settings.law };
-}
-
-function isTunable(gain: string): boolean {
-  const [model = "", name = ""] = gain.split(".");
-  return TABLES[model]?.[name]?.tunable === true;
-}
-
-/** What a run has to be begun anew for. */
-function begun({ law, drive, feed, gains, string, omega }: Settings): string {
-  const begins = LAWS[law].gives?.endsWith("speed_ref") === true; // a supervisor begins with the speed
-  const fixed = Object.entries(gains).filter(([gain]) => !isTunable(gain)).sort();
-  return JSON.stringify([law, drive, feed, fixed, string, begins ? omega : 0]);
-}
-
-/** What a map has to be made anew for. */
-function mapKey({ law, drive, feed, gains, string }: Settings): string {
-  return JSON.stringify([law, drive, feed, Object.entries(gains).sort(), string]);
 }
 
 class Page {
@@ -345,7 +301,9 @@ class Page {
   }
 
   #listen(): void {
-    this.#fillLists();
+    fillLists(this.#standard, () => this.#settings, (settings) => this.change(settings), (settings) => this.take(settings));
+    const enabled = element<HTMLInputElement>("enabled");
+    enabled.addEventListener("change", () => this.change({ ...this.#settings, enabled: enabled.checked }));
     const alone = element<HTMLAnchorElement>("alone");
     alone.hidden = !EMBEDDED;
     alone.addEventListener("click", () => (alone.href = this.#link()));
@@ -375,34 +333,6 @@ class Page {
     });
     document.addEventListener("keydown", (event) => this.#key(event));
     this.#listenToMap();
-  }
-
-  #fillLists(): void {
-    const law = element<HTMLSelectElement>("law");
-    const groups = Object.entries(LAWS).map(([name, { title, group }]) => ({ title, group, value: name }));
-    fill(law, groups);
-    law.addEventListener("change", () => this.change({ ...this.#settings, law: law.value as Law, enabled: true }));
-    const enabled = element<HTMLInputElement>("enabled");
-    enabled.addEventListener("change", () => this.change({ ...this.#settings, enabled: enabled.checked }));
-    const drive = element<HTMLSelectElement>("drive-kind");
-    fill(drive, Object.entries(DRIVES).map(([value, title]) => ({ title, value, group: "" })));
-    drive.addEventListener("change", () => this.change({ ...this.#settings, drive: drive.value as Drive }));
-    const feed = element<HTMLSelectElement>("feed");
-    fill(feed, Object.entries(FEEDS).map(([value, title]) => ({ title, value, group: "" })));
-    feed.addEventListener("change", () => this.change({ ...this.#settings, feed: feed.value as Feed }));
-    const preset = element<HTMLSelectElement>("preset");
-    const presets = Object.entries(PRESETS).flatMap(([group, all]) => all.map((each) => ({ ...each, group })));
-    fill(preset, [{ title: "choose one", value: "", group: "" },
-      ...presets.map(({ name, group }, index) => ({ title: name, value: String(index), group }))]);
-    preset.addEventListener("change", () => {
-      const chosen = preset.value === "" ? undefined : presets[Number(preset.value)];
-      if (chosen) {
-        const { units, speed } = this.#settings;
-        const { value } = preset;
-        this.take(changed({ ...this.#standard, units, speed }, chosen.changes));
-        preset.value = value;
-      }
-    });
   }
 
   #listenToMap(): void {

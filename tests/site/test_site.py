@@ -189,5 +189,5 @@ def test_the_console_runs_on_the_first_page(browser: Browser, site: Path) -> Non
     page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
     page.goto((site / "index.html").as_uri())
     page.locator("iframe.console-frame").scroll_into_view_if_needed()
-    frame = next(each for each in page.frames if each.url.endswith("console/index.html#embed=1"))
+    frame = next(each for each in page.frames if each.url.endswith("console/index.html?embed"))
     frame.wait_for_function("() => /Time\\s+[1-9]/.test(document.body.innerText)", timeout=30_000)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cosim.run.trajectory import open_trajectory
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
-    from cosim.sweeps.reading import open_sweep
+    from cosim.sweeps.reading import open_series, open_sweep
     from cosim.sweeps.sweep import sweep
     from cosim.system.method import Method
     from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp
@@ -55,6 +55,7 @@ __all__ = [
     "co_simulate",
     "load_scenario",
     "open_run",
+    "open_series",
     "open_sweep",
     "open_trajectory",
     "open_variants",
@@ -92,6 +93,7 @@ _HOMES = {
     "co_simulate": "cosim.master.co_simulation",
     "load_scenario": "cosim.scenario.file",
     "open_run": "cosim.run.opened",
+    "open_series": "cosim.sweeps.reading",
     "open_sweep": "cosim.sweeps.reading",
     "open_trajectory": "cosim.run.trajectory",
     "open_variants": "cosim.run.opened",

@@ -18,6 +18,7 @@ from cosim.cli.arguments import (
     StepSizeOption,
     StopTimeOption,
     read_override,
+    seconds,
 )
 from cosim.cli.terminal import new_console, progress_bar, sentences
 from cosim.errors import InputError
@@ -41,6 +42,17 @@ def sweep(
         str, typer.Option(help="rest: each point begins anew; up or down: it goes on from the one before.")
     ] = "rest",
     along: Annotated[str | None, typer.Option(help="With up or down: along which input; by default the first.")] = None,
+    keep: Annotated[
+        list[str] | None,
+        typer.Option(help="Output to keep over time at some points, component.variable; repeatable."),
+    ] = None,
+    keep_every: Annotated[
+        float | None,
+        typer.Option(help="With --keep: time between values, by default about 0.1 s.", parser=seconds, metavar="TIME"),
+    ] = None,
+    keep_points: Annotated[
+        int, typer.Option(help="With --keep: at how many points of the grid, spread evenly; of samples, all.")
+    ] = 100,
     set_: SetOption = None,
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
     packaging: PackagingOption = "native",
@@ -81,6 +93,9 @@ def sweep(
                 seed=seed,
                 branch=branch,
                 along=along,
+                keep=keep or (),
+                keep_every=keep_every,
+                keep_points=keep_points,
                 workers=workers,
                 scheduler=scheduler,
                 options=options,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -17,6 +17,7 @@ from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, sampled
 from cosim.sweeps.measures import Beginning, MeasureSet, final_values
 from cosim.sweeps.reading import open_sweep
+from cosim.sweeps.series import POINTS, Wanted
 
 if TYPE_CHECKING:
     from cosim.sweeps.crew import Crew
@@ -44,6 +45,9 @@ def sweep(
     along: str | None = None,
     measures: MeasureSet | None = None,
     beginning: Beginning | None = None,
+    keep: Sequence[str] = (),
+    keep_every: float | None = None,
+    keep_points: int = POINTS,
     workers: int = 0,
     scheduler: str | None = None,
     executor: tuple[Executor, int] | None = None,
@@ -82,6 +86,12 @@ def sweep(
         What to keep of each point: by default severity of stick-slip, if a component has a bit, else final values.
     beginning : Beginning, optional
         What else is set where a line of points begins; by default, for ``"down"``, steady rotation of what has a bit.
+    keep : sequence of str
+        Outputs that are kept over time of some points, as ``component.variable``, for `cosim.open_series`.
+    keep_every : float, optional
+        Between the times that are kept, s; by default 0.1 s, or what comes next to it in the steps of the scenario.
+    keep_points : int
+        At how many points of the grid, spread evenly over it; of each all samples are kept.
     workers : int
         Processes to use; 0: one for each processor; 1: this one alone.
     scheduler : str, optional
@@ -114,9 +124,9 @@ def sweep(
     choice = chosen(options, keywords)
     _refuse_apart(choice)
     with opened_scenario(scenario, choice.stop_time, choice.step_size) as given:
-        made = _made(
-            given, choice, (grid or {}, samples or {}, count, sampling, seed), (branch, along), measures, beginning
-        )
+        points = grid or {}, samples or {}, count, sampling, seed
+        wanted = Wanted(keep, keep_every, keep_points) if keep else None
+        made = _made(given, choice, points, (branch, along), measures, beginning, wanted)
     path = Path(output)
     with ExitStack() as stack:
         begin = partial(_crew, workers, scheduler, executor, made.design.lines)
@@ -134,6 +144,7 @@ def _made(
     branch: tuple[str, str | None],
     measures: MeasureSet | None,
     beginning: Beginning | None,
+    wanted: Wanted | None,
 ) -> Sweep:
     """Check what is asked for, and get it ready; what measures and begins is of the field where nothing is said."""
     from cosim.drilling import reporting
@@ -149,7 +160,7 @@ def _made(
     found = measures or reporting.severity_of(opened.descriptions) or final_values(opened.descriptions)
     if beginning is None and design.down:
         beginning = reporting.rotation_of(opened.descriptions, opened.system)
-    return make_sweep(opened, design, found, beginning)
+    return make_sweep(opened, design, found, beginning, wanted)
 
 
 def _axis(opened: Opened, name: str, said: Values) -> Axis:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cosim.run.trajectory import open_trajectory
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
-    from cosim.sweeps.reading import open_series, open_sweep
+    from cosim.sweeps.reading import open_series, open_sweep, quantile_bands
     from cosim.sweeps.sweep import sweep
     from cosim.system.method import Method
     from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp
@@ -60,6 +60,7 @@ __all__ = [
     "open_trajectory",
     "open_variants",
     "plot",
+    "quantile_bands",
     "ramp",
     "read_table",
     "scenario_names",
@@ -98,6 +99,7 @@ _HOMES = {
     "open_trajectory": "cosim.run.trajectory",
     "open_variants": "cosim.run.opened",
     "plot": "cosim.recording.figure",
+    "quantile_bands": "cosim.sweeps.reading",
     "ramp": "cosim.system.signals",
     "read_table": "cosim.system.table_file",
     "scenario_names": "cosim.scenario.file",

@@ -35,8 +35,12 @@ def sweep(
     uncertain: Annotated[
         Path | None, typer.Option(help="A .toml file of distributions that are sampled as well.", metavar="FILE.toml")
     ] = None,
-    count: Annotated[int, typer.Option(help="How many samples.")] = 1024,
-    sampling: Annotated[str, typer.Option(help="How to sample: latin-hypercube or sobol.")] = "latin-hypercube",
+    count: Annotated[
+        int, typer.Option(help="How many samples; by saltelli times the number of variables, and two.")
+    ] = 1024,
+    sampling: Annotated[
+        str, typer.Option(help="How to sample: latin-hypercube, sobol, or saltelli, for `cosim sensitivity`.")
+    ] = "latin-hypercube",
     seed: Annotated[int, typer.Option(min=0, help="Of the samples.")] = 0,
     branch: Annotated[
         str, typer.Option(help="rest: each point begins anew; up or down: it goes on from the one before.")

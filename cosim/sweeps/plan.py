@@ -23,7 +23,7 @@ from cosim.run.report import commit, versions
 from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import SAMPLES, Axis, Design
 from cosim.sweeps.measures import Beginning, MeasureSet, Quantity
-from cosim.sweeps.reading import SERIES
+from cosim.sweeps.reading import SAMPLING, SERIES
 from cosim.sweeps.series import Kept, Rows, Wanted, rows_of, spread
 from cosim.system.compatibility import Written, check_system, convert, read_value
 from cosim.system.description import Description, Variable
@@ -465,6 +465,9 @@ def _record(
         "versions": known_versions,
         "steps": "long" if plan.takes_long_steps else "scenario",
     }
+    drawn = next((axis.drawn for axis in design.axes if axis.drawn), None)
+    if drawn is not None:
+        told[SAMPLING] = dict(drawn)
     return cast(dict[str, Any], json.loads(json.dumps(record))), told
 
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
@@ -72,9 +73,9 @@ def sweep(
         Least and greatest value by ``component.variable``, or how it is distributed; they are drawn together: one
         dimension, ``sample``.
     count : int
-        How many samples.
+        How many samples; of ``"saltelli"``, for each of them as many as there are variables, and two.
     sampling : str
-        ``"latin-hypercube"`` or ``"sobol"``.
+        ``"latin-hypercube"``, ``"sobol"``, or ``"saltelli"``, of whose samples `cosim.sobol_indices` are estimated.
     seed : int
         Draws the same samples again.
     branch : str
@@ -155,7 +156,8 @@ def _made(
     axes = [_axis(opened, name, said) for name, said in grid.items()]
     if samples:
         axes.append(sampled(samples, count, sampling, seed))
-        axes[-1] = Axis(axes[-1].name, {name: opened.typed(name, list(v)) for name, v in axes[-1].values.items()})
+        read = {name: opened.typed(name, list(values)) for name, values in axes[-1].values.items()}
+        axes[-1] = replace(axes[-1], values=read)
     design = product(axes, branch[1], branch[0])
     found = measures or reporting.severity_of(opened.descriptions) or final_values(opened.descriptions)
     if beginning is None and design.down:

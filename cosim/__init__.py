@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from cosim.drilling.sensitivity import sobol_indices
     from cosim.errors import CosimError, InputError, LoopError, RunError, SlaveError
     from cosim.master.co_simulation import co_simulate
     from cosim.recording.figure import View, plot
@@ -65,6 +66,7 @@ __all__ = [
     "read_table",
     "scenario_names",
     "simulate",
+    "sobol_indices",
     "stream",
     "sweep",
 ]
@@ -104,6 +106,7 @@ _HOMES = {
     "read_table": "cosim.system.table_file",
     "scenario_names": "cosim.scenario.file",
     "simulate": "cosim.run.simulation",
+    "sobol_indices": "cosim.drilling.sensitivity",
     "stream": "cosim.run.stream",
     "sweep": "cosim.sweeps.sweep",
 }

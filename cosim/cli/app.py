@@ -34,7 +34,7 @@ from cosim.cli.arguments import (
     read_streaming,
     seconds,
 )
-from cosim.cli.sweeping import draw_map, sweep
+from cosim.cli.sweeping import draw_map, sensitivity, sweep
 from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
 from cosim.errors import InputError
 from cosim.fmi2.isolation import Limits
@@ -317,6 +317,7 @@ def league(
 
 app.command()(sweep)
 app.command("map")(draw_map)
+app.command()(sensitivity)
 
 
 @app.command()

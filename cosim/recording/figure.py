@@ -25,7 +25,7 @@ from cosim.system.signals import FloatArray
 
 # Colours that stay apart for colour-blind readers and in grey, and line styles that tell runs apart without colour.
 COLOURS = ("#0b5394", "#b45309", "#2f6f4f", "#7a3b69")
-_STYLES = ("-", "--", "-.", ":")
+STYLES = ("-", "--", "-.", ":")
 MOST_PANELS = 4
 """Rows of panels, if nobody asks for signals."""
 # A long chattering line is more than Agg can draw at once, and its own chunks leave gaps.
@@ -207,7 +207,7 @@ def _compose(title: str, results: Mapping[str, Trajectories], shown: Sequence[st
     for row, name in enumerate(shown):
         for number, (label, result) in enumerate(results.items()):
             panel = panels[row, 0 if view.overlay else number]
-            line = COLOURS[(number if view.overlay else row) % len(COLOURS)], _STYLES[number % len(_STYLES)]
+            line = COLOURS[(number if view.overlay else row) % len(COLOURS)], STYLES[number % len(STYLES)]
             _draw_line(panel, result, name, view, line if view.overlay else (line[0], "-"), printable(label))
         finish_row(panels[row], row, name, next(iter(results.values())).units.get(name, ""), view)
     for panel, label in zip(panels[0], results, strict=False):

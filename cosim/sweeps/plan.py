@@ -23,7 +23,7 @@ from cosim.run.report import commit, versions
 from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import SAMPLES, Axis, Design
 from cosim.sweeps.measures import Beginning, MeasureSet, Quantity
-from cosim.sweeps.reading import SAMPLING, SERIES
+from cosim.sweeps.reading import HELD, SAMPLING, SERIES
 from cosim.sweeps.series import Kept, Rows, Wanted, rows_of, spread
 from cosim.system.compatibility import Written, check_system, convert, read_value
 from cosim.system.description import Description, Variable
@@ -464,11 +464,28 @@ def _record(
         "commit": commit() or "",
         "versions": known_versions,
         "steps": "long" if plan.takes_long_steps else "scenario",
+        HELD: _held(opened, plan),
     }
     drawn = next((axis.drawn for axis in design.axes if axis.drawn), None)
     if drawn is not None:
         told[SAMPLING] = dict(drawn)
     return cast(dict[str, Any], json.loads(json.dumps(record))), told
+
+
+def _held(opened: Opened, plan: PointPlan) -> dict[str, Value]:
+    """Return the values of inputs that are the same at all points, all the time."""
+    found: dict[str, Value] = {}
+    for part in plan.system.components:
+        for each in opened.descriptions[part.name].with_causality("input"):
+            value = part.parameters.get(each.name, each.start_value)
+            if value is not None:
+                found[f"{part.name}.{each.name}"] = value
+    for port, signal in plan.system.inputs.items():
+        found.pop(str(port), None)
+        if isinstance(signal, Constant):
+            found[str(port)] = signal.value
+    driven = {str(each.target) for each in plan.system.connections} | set(plan.names)
+    return {name: value for name, value in found.items() if name not in driven}
 
 
 def _connection(connection: Any) -> str:

@@ -17,6 +17,8 @@ SERIES = "series"
 """Group of a store, and attribute of it, where signals are kept over time."""
 SAMPLING = "sampling"
 """Attribute of a store: how its samples were drawn."""
+HELD = "held"
+"""Attribute of a store: values of inputs that are the same at all points."""
 TIME, SAMPLE = "time", "sample"
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """What of samples is shown over time, where nothing else is said."""

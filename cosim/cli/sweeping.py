@@ -14,12 +14,13 @@ from cosim.cli.arguments import (
     AlgorithmOption,
     GridOption,
     PackagingOption,
+    ParametersOption,
     SampleOption,
     ScenarioArgument,
     SetOption,
     StepSizeOption,
     StopTimeOption,
-    read_override,
+    read_overrides,
     seconds,
 )
 from cosim.cli.terminal import new_console, progress_bar, sentences
@@ -27,7 +28,6 @@ from cosim.errors import InputError, printable
 
 if TYPE_CHECKING:
     from cosim.sweeps.design import Spread
-    from cosim.system.signals import Value
 
 
 def sweep(
@@ -60,6 +60,7 @@ def sweep(
         int, typer.Option(help="With --keep: at how many points of the grid, spread evenly; of samples, all.")
     ] = 100,
     set_: SetOption = None,
+    parameters: ParametersOption = None,
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
     packaging: PackagingOption = "native",
     algorithm: AlgorithmOption = None,
@@ -75,11 +76,13 @@ def sweep(
 ) -> None:
     """Run a scenario over grids and samples, on all processors or a cluster; interrupted, the same command goes on."""
     from cosim.run.options import RunOptions
+    from cosim.scenario.file import opened_scenario
     from cosim.sweeps.sweep import sweep as run_sweep
 
     with sentences():
         path = output or Path("runs", f"{Path(scenario).stem}.zarr")
-        overrides: dict[str, Value] = dict(read_override(text) for text in set_ or ())
+        with opened_scenario(scenario, stop_time, step_size) as loaded:
+            overrides = read_overrides(loaded, packaging, parameters, set_)
         options = RunOptions(
             packaging=packaging,
             algorithm=algorithm,

@@ -37,6 +37,11 @@ _TEXTS = {
 }
 _SALTELLI = "saltelli"
 
+
+class NoOutputError(InputError):
+    """An output that a sweep does not tell."""
+
+
 Progress = Callable[[str, float], None]
 
 
@@ -176,14 +181,14 @@ def indices_of_all(
     grid = [name for name in dataset["failed"].dims if name != SAMPLE]
     found: dict[str, Any] = {}
     left: list[str] = []
+    _drawn(store, dataset)
     for of in (INSTABILITY, SHARE, THRESHOLD) if grid else (INSTABILITY, THRESHOLD):
-        if of == THRESHOLD:
-            try:
-                found[of] = sobol_indices(store, of, confidence=confidence, progress=progress)
-            except InputError as error:
-                left.append(f"no indices of the threshold: {error}")
-        else:
+        try:
             found[of] = sobol_indices(store, of, confidence=confidence, progress=progress)
+        except NoOutputError as error:
+            left.append(f"no indices of {of}: {error}")
+    if not found:
+        raise InputError(f"{store}: {left[0]}")
     for of, each in found.items():
         most = int(each["left_out"].max())
         if most:
@@ -216,7 +221,7 @@ def _output(dataset: Any, of: str, progress: Progress | None) -> Any:
         return _threshold(dataset, [name for name in grid if not name.endswith(".Omega")], progress)
     if of in (INSTABILITY, SHARE):
         if "bit_speed_max" not in known:
-            raise InputError(f"the sweep has not measured how a bit moves; known: {', '.join(known)}")
+            raise NoOutputError(f"the sweep has not measured how a bit moves; known: {', '.join(known)}")
         order = (*grid, SAMPLE)
         kept = {str(name): dataset[name].transpose(*order).values for name in ("failed", *known)}
         values = np.where(kept["failed"] == 0, unstable_points(kept).astype(np.float64), np.nan)
@@ -246,7 +251,7 @@ def _threshold(dataset: Any, grid: Sequence[str], progress: Progress | None) -> 
             given = {**known, **at, **{name: each[sample] for name, each in samples.items()}}
             own = dict(_own(component, given))
             if "WOB" not in own:
-                raise InputError("the store does not tell the weight on bit; expected it to be varied")
+                raise NoOutputError("the store does not tell the weight on bit; expected it to be varied")
             try:
                 string = DrillstringParameters(**{name: float(v) for name, v in own.items() if name in symbols})
                 values[(*place, sample)] = stability_boundary(string, [float(own["WOB"])])[0]
@@ -264,7 +269,7 @@ def _string(dataset: Any) -> tuple[str, dict[str, Any]]:
     parts: Mapping[str, Any] = record["components"]
     component = next(iter(parts))
     if len(parts) != 1 or parts[component]["model"] != _STRING or component in dataset.coords:
-        raise InputError(f"the threshold is known of {_STRING} alone; this sweep is of {', '.join(parts)}")
+        raise NoOutputError(f"the threshold is known of {_STRING} alone; this sweep is of {', '.join(parts)}")
     held: Mapping[str, Any] = json.loads(dataset.attrs.get(HELD, "{}"))
     parameters = {f"{component}.{name}": value for name, value in parts[component]["parameters"].items()}
     return component, {**held, **parameters}

@@ -202,10 +202,11 @@ def sensitivity(
     from cosim.drilling.uncertainty import draw_indices, write_indices
     from cosim.errors import OutputError
     from cosim.files import why
+    from cosim.sweeps.reading import open_sweep
 
     with sentences():
         with progress_bar() as bar:
-            found, left = indices_of_all(store, confidence / 100.0, bar.one_task("estimating"))
+            found, left = indices_of_all(open_sweep(store), confidence / 100.0, bar.one_task("estimating"))
         path = output or store.with_name(f"{store.stem}-indices.png")
         try:
             draw_indices(path, {each.attrs["long_name"]: each for each in found.values()}, units)

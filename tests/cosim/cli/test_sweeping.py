@@ -48,12 +48,12 @@ def test_samples_are_one_dimension(tmp_path: Path) -> None:
 
 def test_parameters_are_taken_from_a_file(tmp_path: Path) -> None:
     file, store = tmp_path / "tuned.toml", tmp_path / "s.zarr"
-    file.write_text('fmu = "WeightOnBitLaw"\n[parameters]\nK_w = 7.5\nWOB_max = 9e4\n')
-    usual = ["--parameters", str(file), "--set", "law.WOB_max=8e4", "--stop-time", "20", "--workers", "1"]
+    file.write_text('fmu = "WeightOnBitLaw"\n[parameters]\nK_w = 7.5\nWOB_max = 1.9e5\n')
+    usual = ["--parameters", str(file), "--set", "law.WOB_max=1.8e5", "--stop-time", "20", "--workers", "1"]
     code, said = cosim("sweep", "wob-law", "--grid", "plant.Omega=9", *usual, "--output", str(store))
     assert (code, said) == (0, f"1 points (1), 0 failed wrote {store}")
     law = json.loads(open_sweep(store).attrs["record"])["components"]["law"]["parameters"]
-    assert (law["K_w"], law["WOB_max"]) == (7.5, 8e4)
+    assert (law["K_w"], law["WOB_max"]) == (7.5, 1.8e5)
 
 
 def test_outputs_are_kept_over_time(tmp_path: Path) -> None:

@@ -215,6 +215,12 @@ def test_rows_that_cannot_be_had_are_refused(wanted: Wanted, step_size: float | 
             {"keep": ["plnt.bit_speed"]},
             "plnt.bit_speed is to be kept: there is no such component; did you mean 'plant'?",
         ),
+        (
+            {"keep_every": 0.5},
+            "times or points are given for series, and nothing to keep; expected --keep component.variable as well",
+        ),
+        ({"keep": "plant.bit_sped"}, "plant.bit_sped is to be kept, and DrillstringNeutral has no output of that name "
+         "that is a number; did you mean 'bit_speed'?"),
         ({"keep": KEEP, "keep_points": 0}, "series are to be kept at 0 points; expected one at least"),
         (
             {"keep": KEEP, "tolerance": 1e-6},

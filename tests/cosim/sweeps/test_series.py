@@ -102,7 +102,7 @@ def test_of_a_coupled_system_its_own_steps_are_kept(tmp_path: Path) -> None:
     assert np.diff(found["time"].values) == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize("branch", ["rest", "down"])
+@pytest.mark.parametrize("branch", ["rest", pytest.param("down", marks=pytest.mark.slow)])
 def test_a_sweep_with_series_that_was_killed_ends_as_others_do(
     tmp_path: Path, whole: Path, branch: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

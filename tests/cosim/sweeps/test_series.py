@@ -184,6 +184,15 @@ def test_rows_are_picked_by_their_times_and_a_row_that_is_missing_is_told() -> N
     assert rows.picked(times[:3], {"x": times[:3]}) == "the run has no row 0.20 s after it began"
 
 
+def test_rows_are_a_tenth_of_a_second_apart_or_as_the_steps_have_it() -> None:
+    for duration, step_size, every, last in (
+        (10.0, None, 0.1, 100), (0.05, None, 0.05, 1), (10.0, 0.01, 0.1, 100), (10.0, 0.03, 0.12, 83),
+        (10.0, 0.5, 0.5, 20), (0.055, 0.01, 0.05, 1),
+    ):  # fmt: skip
+        rows = rows_of(Wanted(["x"]), duration, step_size, continued=False)
+        assert (rows.every, rows.last) == (pytest.approx(every), last)
+
+
 @pytest.mark.parametrize(
     ("wanted", "step_size", "sentence"),
     [

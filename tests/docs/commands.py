@@ -10,6 +10,7 @@ import importlib.util
 import pkgutil
 import re
 import shlex
+import shutil
 import sys
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -196,7 +197,7 @@ def _is_there(token: str) -> bool:
     if not token.startswith(CHECKOUT) or re.search(r"[*<>{$]", token):
         return True
     if token.startswith(".venv/bin/"):
-        return (Path(sys.executable).parent / Path(token).name).exists() or Path(token).name in OTHERS
+        return shutil.which(Path(token).name, path=Path(sys.executable).parent) is not None
     if token.startswith("dist/"):
         return not token.endswith(".fmu") or (ROOT / "fmu_src" / "fmus" / Path(token).stem).is_dir()
     return (ROOT / token).exists()

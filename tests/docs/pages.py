@@ -69,9 +69,10 @@ class Page:
 
 
 def all_pages() -> list[Path]:
-    """Return every page there is, of the checkout's top and below docs/, but for what a build has made there."""
+    """Return every page there is, of the checkout's top and below docs/, but for what others have put or made there."""
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
-    return sorted(page for page in pages if not any(part[0] in "._" for part in page.relative_to(ROOT).parts))
+    inside = {page: page.relative_to(ROOT).parts for page in pages}
+    return sorted(page for page, parts in inside.items() if not any(p[0] in "._" or p == "node_modules" for p in parts))
 
 
 def read_page(path: Path) -> Page:

@@ -95,6 +95,7 @@ class Session:
                 self.last.claimed = True
             return
         self._close_last()
+        formats.examine(block)
         self.last = Printed(block, "", not_run=True)
 
     def _close_last(self) -> None:

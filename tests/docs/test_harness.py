@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ from tests.docs.expected import differences
 from tests.docs.formats import unaccounted
 from tests.docs.pages import Page, PageError, all_pages, read_page
 from tests.docs.session import Session
+
+on_unix = pytest.mark.skipif(sys.platform == "win32", reason="pages speak to the shell of Unix")
 
 
 def page(folder: Path, text: str) -> Page:
@@ -93,6 +96,7 @@ def test_options_names_and_files_within_prose_exist(tmp_path: Path, code: str) -
     )
 
 
+@on_unix
 def test_blocks_share_a_session_and_a_folder(tmp_path: Path) -> None:
     run(
         tmp_path,
@@ -104,6 +108,7 @@ def test_blocks_share_a_session_and_a_folder(tmp_path: Path) -> None:
     )
 
 
+@on_unix
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
@@ -131,6 +136,7 @@ def test_what_fails_or_prints_something_else_is_named(tmp_path: Path, text: str,
     assert reason in refused(tmp_path, text)
 
 
+@on_unix
 def test_comments_say_what_is_not_run_or_run_otherwise(tmp_path: Path) -> None:
     run(
         tmp_path,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,7 @@ def test_commands_options_and_files_exist(page: Page) -> None:
     assert "\n".join(wrong_on(page)) == ""
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="pages speak to the shell of Unix")
 @pytest.mark.parametrize("page", TO_RUN)
 def test_blocks_run_and_print_what_the_page_shows(page: Page, tmp_path: Path) -> None:
     with Session(page, tmp_path) as session:

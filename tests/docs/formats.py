@@ -19,7 +19,7 @@ from tests.docs.pages import Block, Page
 
 RUN = {"sh", "python", "text"}
 FILES = {"toml", "csv", "xml", "yaml", "json", "diff"}
-LOOKED_AT = {"math", "bibtex"}
+LOOKED_AT = {"math", "bibtex", "html"}
 NEVER_RUN = {"bat"}
 """Languages that nothing here runs: their blocks say why."""
 
@@ -32,7 +32,7 @@ def unaccounted(page: Page) -> list[str]:
         if not block.language:
             found.append(str(block.error("a block without a language: `text` is what shows an output")))
         elif block.language.startswith("{"):
-            continue  # a directive of the site's builder
+            continue  # a directive of the site's builder, which runs cells
         elif block.language not in RUN | FILES | LOOKED_AT | NEVER_RUN:
             found.append(str(block.error(f"a block in {block.language}, which nothing here runs or examines")))
         elif block.language in NEVER_RUN and block.told.not_run is None:
@@ -131,4 +131,5 @@ _READERS = {
     "python": lambda text: compile(text, "block", "exec"),
     "math": _formula,
     "bibtex": _entry,
+    "html": ElementTree.fromstring,
 }

@@ -117,7 +117,7 @@ class _Reading:
             if language in CONTAINERS:
                 self.read(token.content, line + 1)
                 return
-            language = {"code-block": rest.strip(), "code-cell": "python"}.get(language, f"{{{language}}}")
+            language = rest.strip() if language == "code-block" else f"{{{language}}}"
         told = _told(self.path, self.comments)
         block = Block(self.path, line, language, token.content, told, self.section, self._named(language))
         self.blocks.append(block)

@@ -124,6 +124,7 @@ def test_blocks_share_a_session_and_a_folder(tmp_path: Path) -> None:
         ("~~~toml\na = \n~~~\n", "no toml"),
         ("~~~xml\n<a>\n~~~\n", "no xml"),
         ("~~~yaml\na: {\n~~~\n", "no yaml"),
+        ("~~~html\n<b>1</i>\n~~~\n", "no html"),
         ("~~~math\n\\frac{1}{2\n~~~\n", "no math"),
         ("`a.toml`:\n\n~~~toml\n[components.plant]\nfmu = 'No'\n~~~\n", "page.md:3: "),
         ("~~~sh\necho a > a.py\n~~~\n\n<!-- file: a.py -->\n~~~diff\n-b\n+c\n~~~\n", "stands 0 times in a.py"),
@@ -143,7 +144,8 @@ def test_comments_say_what_is_not_run_or_run_otherwise(tmp_path: Path) -> None:
         '<!-- not run "false": a test -->\n<!-- run with 65 as 9; the FILE as a -->\n'
         "~~~sh\nfalse --always\necho 65 165 the FILE > b\ncat b\n~~~\n\n~~~text\n9 165 a\n~~~\n\n"
         "<!-- not run: a test -->\n~~~sh\nfalse\n~~~\n\n~~~text\nsaid\n~~~\n\n"
-        "<!-- interrupted once c is there -->\n~~~sh\ntouch c; sleep 1000\n~~~\n\n"
+        "<!-- interrupted once c is there -->\n"
+        "~~~sh\npython -c \"open('c', 'w'), __import__('time').sleep(1000)\"\n~~~\n\n"
         "~~~sh\necho 12.5 s\n~~~\n\n<!-- figures differ: a test -->\n~~~text\n7 s\n~~~\n",
     )
 

@@ -123,7 +123,8 @@ class Dispatcher:
             return stretch
         steps = range(stretch.first, self._sweep.design.length)
         values = [tuple(self._sweep.design.values(stretch.line, step).values()) for step in steps]
-        return replace(stretch, values=values, begins=self._sweep.first_values(stretch.line))
+        begins, kept = self._sweep.first_values(stretch.line), self._sweep.kept_steps(stretch.line)
+        return replace(stretch, values=values, begins=begins, kept=kept)
 
     def _submit(self, batch: Batch, budget: float, *, with_plan: bool = False) -> None:
         """Hand a batch out; the first ones with the plan."""

@@ -14,7 +14,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, cast
 
-from cosim.errors import InputError, SystemDefinitionError, format_time
+from cosim.errors import InputError, SystemDefinitionError, format_time, suggestion
 from cosim.fmi2.locate import locate_fmu
 from cosim.run.assembly import described, record_components
 from cosim.run.function import functions_of
@@ -23,6 +23,8 @@ from cosim.run.report import commit, versions
 from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import SAMPLES, Axis, Design
 from cosim.sweeps.measures import Beginning, MeasureSet, Quantity
+from cosim.sweeps.reading import HELD, SAMPLING, SERIES
+from cosim.sweeps.series import Kept, Rows, Wanted, rows_of, spread
 from cosim.system.compatibility import Written, check_system, convert, read_value
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_unit
@@ -67,6 +69,8 @@ class PointPlan:
         How the system is stepped.
     measures : MeasureSet
         What is taken from each point.
+    series : Rows or None
+        What is kept over time of some.
     """
 
     system: System
@@ -80,6 +84,7 @@ class PointPlan:
     points_per_run: int
     method: Method
     measures: MeasureSet
+    series: Rows | None = None
 
     def descriptions(self, chosen: Mapping[str, str]) -> dict[str, Description]:
         """Return the descriptions of the components for a choice of FMUs."""
@@ -101,6 +106,12 @@ class PointPlan:
         """Tell the FMUs that are chosen from the values that are set."""
         fmus = {name: str(value) for name, value in values.items() if name in self.choices}
         return {**self.chosen, **fmus}, {name: value for name, value in values.items() if name not in self.choices}
+
+    def known_descriptions(self) -> Iterator[dict[str, Description]]:
+        """Go through the descriptions of the components for each choice of FMUs."""
+        names = list(self.choices)
+        for values in product(*self.choices.values()):
+            yield self.descriptions(dict(zip(names, values, strict=True)))
 
     @property
     def takes_long_steps(self) -> bool:
@@ -141,6 +152,8 @@ class Sweep:
         What is recorded besides.
     beginning : Beginning or None
         What else is set at the first point of a line.
+    kept : Kept or None
+        What is kept over time, and of which points.
     """
 
     plan: PointPlan
@@ -150,6 +163,7 @@ class Sweep:
     record: Mapping[str, Any]
     told: Mapping[str, Any]
     beginning: Beginning | None = None
+    kept: Kept | None = None
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -164,6 +178,14 @@ class Sweep:
     def first_values(self, line: int) -> Mapping[str, Value]:
         """Return what else is set at the first point of a line."""
         return self.beginning(self.design.values(line, 0)) if self.beginning is not None else {}
+
+    def kept_steps(self, line: int) -> tuple[int, ...]:
+        """Return at which points of a line signals are kept over time."""
+        kept = self.kept
+        if kept is None:
+            return ()
+        steps = range(self.design.length)
+        return tuple(step for step in steps if kept.place(self.design.place(line, step)) is not None)
 
 
 @dataclass(frozen=True)
@@ -244,7 +266,9 @@ def open_system(scenario: Scenario, options: RunOptions) -> Opened:
     return Opened(scenario, options, system, paths, descriptions)
 
 
-def make_sweep(opened: Opened, design: Design, measures: MeasureSet, beginning: Beginning | None) -> Sweep:
+def make_sweep(
+    opened: Opened, design: Design, measures: MeasureSet, beginning: Beginning | None, keep: Wanted | None = None
+) -> Sweep:
     """Check a sweep as a whole, and make what workers need.
 
     Raises
@@ -275,10 +299,46 @@ def make_sweep(opened: Opened, design: Design, measures: MeasureSet, beginning: 
         measures=measures,
     )
     _check(plan, design)
+    kept = None if keep is None else _kept(plan, design, keep)
+    plan = plan if kept is None else replace(plan, series=kept.rows)
     record, told = _record(opened, plan, design, beginning)
+    if kept is not None:
+        record[SERIES] = told[SERIES] = kept.record(design)
     shown = {name: variable for name, variable in variables.items() if variable is not None}
     units = {name: variable.unit.name if variable.unit else "" for name, variable in shown.items()}
-    return Sweep(plan, design, units, {n: v.description for n, v in shown.items()}, record, told, beginning)
+    texts = {name: variable.description for name, variable in shown.items()}
+    return Sweep(plan, design, units, texts, record, told, beginning, kept)
+
+
+def _kept(plan: PointPlan, design: Design, wanted: Wanted) -> Kept:
+    """Check what is wanted over time, and say of which points it is kept."""
+    if plan.method.tolerance is not None:
+        raise InputError("the steps vary with the tolerance; series are kept of runs with steps of one size only")
+    told: dict[str, tuple[str, str]] = {}
+    for each in plan.known_descriptions():
+        for name in wanted.signals:
+            unit, text = _output(name, each)
+            told.setdefault(name, (unit, text))
+    step_size = None if plan.takes_long_steps else plan.step_size
+    rows = rows_of(wanted, plan.duration, step_size, continued=design.along is not None)
+    times = rows.times(plan.start_time, plan.start_time + plan.duration)
+    return Kept(rows, spread(design, wanted.points), told, times)
+
+
+def _output(name: str, descriptions: Mapping[str, Description]) -> tuple[str, str]:
+    """Return unit and description of an output that is a number; refuse what is none."""
+    component, _, variable = name.partition(".")
+    if component not in descriptions:
+        raise SystemDefinitionError(
+            f"{name} is to be kept: there is no such component{suggestion(component, descriptions)}"
+        )
+    known = descriptions[component]
+    outputs = {each.name: each for each in known.with_causality("output") if each.type != "String"}
+    if variable not in outputs:
+        what = f"{name} is to be kept, and {known.model_name} has no output of that name that is a number"
+        raise SystemDefinitionError(f"{what}{suggestion(variable, outputs)}")
+    found = outputs[variable]
+    return found.unit.name if found.unit else "", found.description
 
 
 def _duration(opened: Opened) -> float:
@@ -404,8 +464,28 @@ def _record(
         "commit": commit() or "",
         "versions": known_versions,
         "steps": "long" if plan.takes_long_steps else "scenario",
+        HELD: _held(opened, plan),
     }
+    drawn = next((axis.drawn for axis in design.axes if axis.drawn), None)
+    if drawn is not None:
+        told[SAMPLING] = dict(drawn)
     return cast(dict[str, Any], json.loads(json.dumps(record))), told
+
+
+def _held(opened: Opened, plan: PointPlan) -> dict[str, Value]:
+    """Return the values of inputs that are the same at all points, all the time."""
+    found: dict[str, Value] = {}
+    for part in plan.system.components:
+        for each in opened.descriptions[part.name].with_causality("input"):
+            value = part.parameters.get(each.name, each.start_value)
+            if value is not None:
+                found[f"{part.name}.{each.name}"] = value
+    for port, signal in plan.system.inputs.items():
+        found.pop(str(port), None)
+        if isinstance(signal, Constant):
+            found[str(port)] = signal.value
+    driven = {str(each.target) for each in plan.system.connections} | set(plan.names)
+    return {name: value for name, value in found.items() if name not in driven}
 
 
 def _connection(connection: Any) -> str:
@@ -426,6 +506,7 @@ _SENTENCES = {
     "components": "is of other FMUs or parameters",
     "fmus": "is of other FMUs",
     "branch": "is of another branch",
+    SERIES: "keeps other series",
 }
 
 
@@ -440,4 +521,4 @@ def differing(record: Mapping[str, Any], stored: Mapping[str, Any]) -> str | Non
         if name in ("format", "product", "branch"):
             return f"{_SENTENCES[name]} ({stored.get(name)}, not {wanted})"
         return _SENTENCES.get(name, f"has {'other' if name[-1] == 's' else 'another'} {name.replace('_', ' ')}")
-    return None
+    return _SENTENCES[SERIES] if SERIES in stored and SERIES not in record else None

@@ -18,9 +18,10 @@ import numpy as np
 from cosim.drilling import severity_map
 from cosim.errors import MissingPackageError, require
 from cosim.progress import Progress
-from cosim.report.lines import packed, packed_fully
+from cosim.report.lines import line, packed, packed_fully
 from cosim.report.plots import COLOURS, DARK_COLOURS, dash_of, renumbered, strokes
 from cosim.system.field_units import shown_in
+from cosim.system.signals import FloatArray
 
 log = logging.getLogger("cosim")
 
@@ -31,6 +32,10 @@ _MOST_PLANES = 300
 """For which lines of theory are kept, of a sweep over three axes and more."""
 _BRANCHES = {"rest": "", "up": " (continued up)", "down": " (continued down)"}
 _HEIGHT = 380
+_PANELS = 4
+"""Plots over time."""
+_MOST_ROWS = 100_000
+"""Of all lines over time; 5.4 bytes of the page each."""
 
 
 def explored(
@@ -41,7 +46,7 @@ def explored(
     Parameters
     ----------
     sweeps : sequence of dict
-        From `cosim.sweeps.told.gather`; their `found` and `shown` are taken out.
+        From `cosim.sweeps.told.gather`; their `found`, `shown` and `series` are taken out.
     units : str
         As of `cosim.system.field_units.shown_in`.
     folds : int
@@ -52,9 +57,10 @@ def explored(
     groups: dict[str, list[dict[str, Any]]] = {}
     for place, each in enumerate(sweeps):
         groups.setdefault(_points(each["shown"]), []).append({**each, "place": place})
-        del each["shown"], each["found"]
+        del each["shown"], each["found"], each["series"]
+    room = _MOST_ROWS // max(1, sum(_lines(each["series"]) for members in groups.values() for each in members))
     theory = _Theory(units, folds, progress)
-    drawn = [_group(members, theory) for members in groups.values()]
+    drawn = [_group(members, theory, room) for members in groups.values()]
     palettes = _palettes()
     return {
         "groups": [_told(group, members) for group, members in zip(drawn, groups.values(), strict=True)],
@@ -73,8 +79,8 @@ def _points(shown: Mapping[str, Any]) -> str:
     return json.dumps([shown["axes"], samples, [(each["name"], each["unit"]) for each in shown["measures"]]])
 
 
-def _group(members: Sequence[Mapping[str, Any]], theory: _Theory) -> dict[str, Any]:
-    """Return what the script draws of sweeps over the same points."""
+def _group(members: Sequence[Mapping[str, Any]], theory: _Theory, room: int) -> dict[str, Any]:
+    """Return what the script draws of sweeps over the same points; of a line over time, so many rows at most."""
     contents = [each["shown"] for each in members]
     first = contents[0]
     measures = [_measure(told) for told in zip(*(each["measures"] for each in contents), strict=True)]
@@ -89,8 +95,44 @@ def _group(members: Sequence[Mapping[str, Any]], theory: _Theory) -> dict[str, A
         "count": first["count"],
         "measures": measures,
         "failed": [each["failed"] for each in contents],
+        "series": [_series(each["series"], room) for each in members],
         "lines": [theory.lines(each["found"], [axis["name"] for axis in first["axes"]]) for each in members],
     }
+
+
+def _lines(series: Mapping[str, Any] | None) -> int:
+    """Return how many lines over time there are; quantiles share their times, and count half."""
+    if series is None:
+        return 0
+    each = max(1.0, (len(series["quantiles"]) + 1) / 2)
+    return int(each * len(series["signals"]) * len(series["values"][0]))
+
+
+def _series(series: Mapping[str, Any] | None, most: int) -> dict[str, Any] | None:
+    """Return what was kept over time, each line with so many rows at most."""
+    if series is None:
+        return None
+    time = series["time"]
+    draw = _bands if series["quantiles"] else _line
+    values = [[draw(time, rows, most) for rows in points] for points in series["values"]]
+    told = {name: series[name] for name in ("signals", "axes", "quantiles", "messages")}
+    return {**told, "end": [float(time[0]), float(time[-1])], "lines": values}
+
+
+def _line(time: FloatArray, rows: FloatArray, most: int) -> dict[str, Any] | None:
+    """Return a line over time, with its extremes; None where there is none."""
+    if not np.isfinite(rows).any():
+        return None
+    found = line(time, rows, most)
+    return None if found is None else found.to_json()
+
+
+def _bands(time: FloatArray, rows: FloatArray, most: int) -> dict[str, Any] | None:
+    """Return quantiles over time, at times that are evenly far apart, which all of them share."""
+    if not np.isfinite(rows).any():
+        return None
+    every = max(1, -(-time.size // most))
+    return {"x": packed(time[::every]), "quantiles": [packed(each[::every]) for each in rows]}
 
 
 def _told(group: Mapping[str, Any], members: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -102,12 +144,20 @@ def _told(group: Mapping[str, Any], members: Sequence[Mapping[str, Any]]) -> dic
         "samples": [each["name"] for each in group["samples"]],
         "count": group["count"],
         "panels": _panels(group),
-        "kinds": sorted({line["kind"] for lines in group["lines"] for line in lines}, reverse=True),
+        "kinds": sorted({each["kind"] for lines in group["lines"] for each in lines}, reverse=True),
         "strokes": strokes(len(members)),
+        "series": min(_PANELS, len(_signals(group))),
+        "signals": len(_signals(group)),
         "places": [each["place"] for each in members],
         "bistable": len(members) > 1 and any(each["name"] == UNSTABLE for each in group["measures"]),
         "thinned": list(dict.fromkeys(text for each in members for text in each["thinned"])),
     }
+
+
+def _signals(group: Mapping[str, Any]) -> list[str]:
+    """Return the names of what was kept over time in any sweep."""
+    names = [each["name"] for series in group["series"] if series is not None for each in series["signals"]]
+    return list(dict.fromkeys(names))
 
 
 def _panels(group: Mapping[str, Any]) -> int:
@@ -145,9 +195,9 @@ class _Theory:
                 place = {names.index(name): value for name, value in at.items()}
                 axes = [names.index(plane.x_name), names.index(plane.y_name)]
                 x_factor, y_factor = (shown_in(unit, self._units)[1] for unit in (plane.x_unit, plane.y_unit))
-                for line in severity_map.theory_lines(plane, None if at else self._folds(plane)):
-                    x, y = packed(line.speeds * x_factor), packed(line.weights * y_factor)
-                    told.append({"text": line.text, "kind": line.kind, "at": place, "plane": axes, "x": x, "y": y})
+                for each in severity_map.theory_lines(plane, None if at else self._folds(plane)):
+                    x, y = packed(each.speeds * x_factor), packed(each.weights * y_factor)
+                    told.append({"text": each.text, "kind": each.kind, "at": place, "plane": axes, "x": x, "y": y})
         except MissingPackageError as error:
             log.warning("the lines of theory are not drawn: %s", error)
         return told
@@ -185,6 +235,7 @@ def document(groups: Sequence[Mapping[str, Any]], palette: Sequence[str]) -> Any
             figures.lines(_panels(group), banded=bool(group["count"]))
         if group["count"]:
             figures.samples()
+        figures.series(min(_PANELS, len(_signals(group))), banded=bool(group["count"]))
         for drawn in figures.made:
             made.add_root(drawn)
     return json.loads(renumbered(encoder.serialize_json(made.to_json(deferred=False))))
@@ -222,6 +273,9 @@ class _Figures:
             drawn.scatter("x", "y", source=dots, size=4, fill_color=_MARKS["apart"], line_color=None)
             crosses = self._source(f"failed-{name}", "x", "y")
             drawn.scatter("x", "y", source=crosses, size=7, marker="x", line_color=_MARKS["failed"], line_width=1.5)
+            rings = self._source(f"rings-{name}", "x", "y")
+            for ink, width in (("white", 3.5), ("#1a1f26", 1.5)):
+                drawn.scatter("x", "y", source=rings, size=8, fill_color=None, line_color=ink, line_width=width)
             cursor = self._source(f"cursor-{name}", *corners)
             for ink, width in (("white", 5), ("#ff4d00", 3)):
                 drawn.quad(*corners, source=cursor, fill_color=None, line_color=ink, line_width=width)
@@ -255,6 +309,11 @@ class _Figures:
                     "x", "y", source=source, size=4.5, fill_color=ink, line_color=None,
                     name=f"dot-{self._place}-{measure}-{sweep}",
                 )  # fmt: skip
+                rings = self._source(f"rings-{self._place}-{measure}-{sweep}", "x", "y")
+                drawn.scatter(
+                    "x", "y", source=rings, size=9, fill_color=None, line_color=ink, line_width=1.5,
+                    name=f"ring-{self._place}-{measure}-{sweep}",
+                )  # fmt: skip
                 stroke.nonselection_glyph = dot.nonselection_glyph = None
             strip = drawn.vstrip(x0="left", x1="right", source=strips, fill_alpha=0.0, line_color=None)
             strip.nonselection_glyph = strip.selection_glyph = None
@@ -282,6 +341,25 @@ class _Figures:
                 "x", "y", source=source, size=6, fill_color=COLOURS[sweep % len(COLOURS)], fill_alpha=0.7,
                 line_color=None, marker=markers[sweep % len(markers)], name=f"spot-{self._place}-{sweep}",
             )  # fmt: skip
+
+    def series(self, panels: int, *, banded: bool) -> None:
+        """Make plots over time, with a line for each sweep, or the bands of its samples, that zoom together."""
+        shared = self._models.Range1d(0.0, 1.0, name=f"time-range-{self._place}")
+        for panel in range(panels):
+            drawn = self._figure(
+                f"series-{self._place}-{panel}", 240, "xpan,xbox_zoom,reset,save", x_range=shared,
+                active_drag="xbox_zoom", x_axis_label="time [s]",
+            )  # fmt: skip
+            for sweep in range(self._sweeps):
+                name = f"{self._place}-{panel}-{sweep}"
+                ink = COLOURS[sweep % len(COLOURS)]
+                source = self._source(f"signal-{name}", "x", "y", "q0", "q1", "q3", "q4")
+                for low, high in (("q0", "q4"), ("q1", "q3")) if banded else ():
+                    drawn.varea("x", low, high, source=source, fill_color=ink, fill_alpha=0.2, name=f"{low}-{name}")
+                drawn.line(
+                    "x", "y", source=source, line_color=ink, line_width=1.4, line_dash=list(dash_of(sweep)),
+                    name=f"trace-{name}",
+                )  # fmt: skip
 
     def _figure(self, name: str, height: int, tools: str, **how: Any) -> Any:
         """Make an empty plot."""

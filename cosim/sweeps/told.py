@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from cosim.errors import InputError, printable
 from cosim.files import why
 from cosim.sweeps.design import SAMPLES
-from cosim.sweeps.reading import open_sweep
+from cosim.sweeps.reading import HELD, QUANTILES, SAMPLING, SERIES, TIME, open_series, open_sweep, quantile_bands
 from cosim.system.field_units import shown_in
 
-MARK = ".zattrs"
-"""The file that makes a folder a store."""
 MOST_NUMBERS = 280_000
 """Of all maps of a page, 2.7 bytes each."""
 _MOST_CELLS = 40_000
 """Of a plane that a browser draws at once."""
+MOST_SERIES = 600
+"""Lines over time of a page."""
 _BESIDES = ("failed", "message")
 
 
@@ -64,14 +64,16 @@ def _told(folder: Path, found: Any, units: str, sweeps: int) -> dict[str, Any]:
     record: dict[str, Any] = json.loads(found.attrs["record"])
     failed = np.asarray(found["failed"].values)
     messages = [str(each) for each in found["message"].values[failed == 1]]
-    drawn, thinned = _thinned(_in_order(found), MOST_NUMBERS // (sweeps * (len(names) + 1)))
+    drawn, thinned = _thinned(_in_order(found, found), MOST_NUMBERS // (sweeps * (len(names) + 1)))
+    series, fewer = _series(folder, found, units, sweeps)
     return {
         "title": printable(str(found.attrs["title"] or record["scenario"])),
         "folder": folder.name,
         "branch": str(record["branch"]),
         "found": drawn,
         "shown": _contents(drawn, names, units),
-        "thinned": thinned,
+        "series": series,
+        "thinned": thinned + fewer,
         "samples": _sampled_in(found),
         "sizes": " x ".join(str(size) for size in failed.shape),
         "measures": [_summary(_shown(found[name], name, units)) for name in names],
@@ -82,6 +84,8 @@ def _told(folder: Path, found: Any, units: str, sweeps: int) -> dict[str, Any]:
         "record": record,
         "about": {name: str(found.attrs[name]) for name in ("variant", "packaging", "commit", "sha256")},
         "command": _command(found, record),
+        "distributions": _distributions(found),
+        "held": {printable(name): str(value) for name, value in json.loads(found.attrs.get(HELD, "{}")).items()},
         "versions": dict(json.loads(found.attrs["versions"])),
         "components": [
             (name, str(each["model"]), str(each["sha256"]), {k: str(v) for k, v in each["parameters"].items()})
@@ -107,6 +111,42 @@ def _contents(found: Any, measures: Sequence[str], units: str) -> dict[str, Any]
     }
 
 
+def _series(folder: Path, found: Any, units: str, sweeps: int) -> tuple[dict[str, Any] | None, list[str]]:
+    """Return what was kept over time, and what of it has been left out, in words.
+
+    Returns
+    -------
+    dict or None, list of str
+        `signals` with names and units; `axes`, the values that are kept of each; `time`; `values` of each signal, over
+        the points that are kept and time; of samples, `quantiles`, and `values` over points, quantiles and time; and
+        `messages`, why a point has none. None where nothing is kept.
+    """
+    if SERIES not in found.attrs:
+        return None, []
+    kept = _in_order(open_series(folder), found)
+    signals = [str(name) for name, each in kept.data_vars.items() if TIME in each.dims]
+    axes, sampled = _axes_of(found), SAMPLES in found.sizes
+    most = max(1, MOST_SERIES // (sweeps * len(signals) * (3 if sampled else 1)))
+    whole = int(np.prod([kept.sizes[name] for name in axes]))
+    while int(np.prod([kept.sizes[name] for name in axes])) > most:
+        kept = kept.isel({max(axes, key=lambda name: kept.sizes[name]): slice(None, None, 2)})
+    points = int(np.prod([kept.sizes[name] for name in axes]))
+    over = kept
+    if sampled:
+        over = quantile_bands(folder).sel({name: kept[name] for name in axes})
+    order = [*axes, *(["quantile"] if sampled else []), TIME]
+    shown = [_shown(over[name].transpose(*order), name, units) for name in signals]
+    told = {
+        "signals": [{key: each[key] for key in ("name", "unit", "label")} for each in shown],
+        "axes": [_axis(kept, name, units) for name in axes],
+        "time": np.asarray(kept[TIME].values, dtype=np.float64),
+        "quantiles": list(QUANTILES) if sampled else [],
+        "values": [each["values"].reshape(points, *([len(QUANTILES)] if sampled else []), -1) for each in shown],
+        "messages": [] if sampled else [printable(str(each)) for each in kept["message"].values.ravel()],
+    }
+    return told, [f"series of {points} of {whole} points"] if points < whole else []
+
+
 def _axes_of(found: Any) -> list[str]:
     """Return the dimensions of a sweep without that of its samples."""
     return [str(name) for name in found["failed"].dims if name != SAMPLES]
@@ -126,9 +166,9 @@ def _measures_of(found: Any) -> list[str]:
     ]
 
 
-def _in_order(found: Any) -> Any:
-    """Return a sweep with the numbers along each axis in their order."""
-    numbers = [name for name in _axes_of(found) if found[name].dtype.kind in "fiu"]
+def _in_order(found: Any, sweep: Any) -> Any:
+    """Return what is over the axes of a sweep with the numbers along each in their order."""
+    numbers = [name for name in _axes_of(sweep) if sweep[name].dtype.kind in "fiu"]
     return found.sortby(numbers) if numbers else found
 
 
@@ -162,10 +202,11 @@ def _thinned(found: Any, most: int) -> tuple[Any, list[str]]:
 
 
 def _command(found: Any, record: Mapping[str, Any]) -> str:
-    """Return the command that makes a sweep again, but for values that differ from the scenario's own, and samples."""
+    """Return the command that makes a sweep again, but for values that differ from the scenario's own."""
     words = ["cosim", "sweep", str(record["scenario"])]
     for name in _axes_of(found):
         words += ["--grid", f"{name}={_values(found[name].values)}"]
+    words += _drawn(found)
     options: dict[str, Any] = {
         "packaging": found.attrs["packaging"],
         "variant": found.attrs["variant"],
@@ -177,6 +218,31 @@ def _command(found: Any, record: Mapping[str, Any]) -> str:
     for name, value in options.items():
         words += [f"--{name}", str(value)] if value != "" else []
     return shlex.join(words)
+
+
+def _drawn(found: Any) -> list[str]:
+    """Return how a command draws the samples of a sweep; distributions are in a file, which the page shows."""
+    told: dict[str, Any] = json.loads(found.attrs.get(SAMPLING, "null")) or {"from": {}}
+    words: list[str] = []
+    for name, spread in told["from"].items():
+        if not isinstance(spread, dict):
+            bounds = spread if isinstance(spread, str) else ":".join(map(repr, spread))
+            words += ["--sample", f"{name}={bounds}"]
+    if _distributions(found):
+        words += ["--uncertain", "uncertain.toml"]
+    if told["from"]:
+        words += ["--count", str(told["count"]), "--sampling", str(told["method"]), "--seed", str(told["seed"])]
+    return words
+
+
+def _distributions(found: Any) -> list[str]:
+    """Return the lines of the file of distributions that samples of a sweep were drawn from."""
+    told: dict[str, Any] = json.loads(found.attrs.get(SAMPLING, "null")) or {"from": {}}
+    return [
+        f'"{printable(name)}" = {{ {", ".join(f"{key} = {json.dumps(value)}" for key, value in spread.items())} }}'
+        for name, spread in told["from"].items()
+        if isinstance(spread, dict)
+    ]
 
 
 def _values(values: NDArray[Any]) -> str:

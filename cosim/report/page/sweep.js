@@ -146,6 +146,8 @@
         const failed = new Set(group.failed[sweep].map((index) => Math.floor(index / each)));
         const lost = cells.flatMap((index, k) => (failed.has(index) && !Number.isFinite(drawn[sweep][k]) ? [k] : []));
         model(`failed-${key}`).data = middle(lost);
+        const [across, up] = ringsOf(sweep) ?? [[], []];
+        model(`rings-${key}`).data = { x: up.flatMap(() => across), y: up.flatMap((value) => across.map(() => value)) };
         for (const kind of ["threshold", "fold"]) {
           const line = group.lines[sweep].find((told) => told.kind === kind
             && [...told.plane].sort().join() === [...plane].sort().join()
@@ -190,6 +192,9 @@
           const [low, high] = banded ? [at(1), at(2)] : [y, y];
           model(`curve-${place}-${k}-${sweep}`).data = { x: places[0], y, low, high };
           if (!dropped.has(sweep)) extent.push(...low, ...high);
+          const ringed = (ringsOf(sweep) ?? [[]])[0].filter((value) => places[0].includes(value));
+          model(`rings-${place}-${k}-${sweep}`).data = { x: ringed, y: ringed.map((value) => y[places[0].indexOf(value)]) };
+          model(`ring-${place}-${k}-${sweep}`).visible = !dropped.has(sweep);
           model(`stroke-${place}-${k}-${sweep}`).visible = group.axes[0].values !== null && !dropped.has(sweep);
           model(`dot-${place}-${k}-${sweep}`).visible = (places[0].length <= 200) && !dropped.has(sweep);
           if (sampled) model(`band-${place}-${k}-${sweep}`).visible = banded && !dropped.has(sweep);
@@ -231,6 +236,74 @@
       id("caption-scatter").textContent = `${heading(measure)} of each sample${where} over ${heading(input)}`;
     };
 
+    // ---- what was kept over time, of the point at the cursor or of the nearest one
+    const signals = [];
+    for (const series of group.series) {
+      for (const signal of series ? series.signals : []) {
+        if (!signals.some((known) => known.name === signal.name)) signals.push(signal);
+      }
+    }
+    const traces = signals.slice(0, 4).map((_, k) => k);
+    const kept = group.series.map((series) => series?.axes.map((axis) => axis.values ?? axis.texts.map((_, k) => k)));
+    const nearest = (values, value) => values.reduce(
+      (best, each, k) => (Math.abs(each - value) < Math.abs(values[best] - value) ? k : best), 0);
+    const keptAt = (sweep) => {
+      if (!group.series[sweep]) return null;
+      const near = kept[sweep].map((values, axis) => nearest(values, places[axis][cursor[axis]]));
+      const same = near.every((k, axis) => kept[sweep][axis][k] === places[axis][cursor[axis]]);
+      const index = near.reduce((sum, k, axis) => sum * kept[sweep][axis].length + k, 0);
+      return { near, same, index };
+    };
+    const drawSeries = () => {
+      const found = sweeps.map(keptAt);
+      traces.forEach((chosen, panel) => {
+        const signal = signals[chosen];
+        const figure = model(`series-${place}-${panel}`);
+        const extent = [];
+        figure.left[0].axis_label = unmarked(heading(signal));
+        for (const sweep of sweeps) {
+          const series = group.series[sweep];
+          const number = series ? series.signals.findIndex((each) => each.name === signal.name) : -1;
+          const line = number < 0 ? null : series.lines[number][found[sweep].index];
+          const quantiles = line?.quantiles?.map(numbers);
+          const x = line ? numbers(line.x) : [];
+          const y = quantiles ? quantiles[2] : line ? numbers(line.y) : [];
+          const [q0, q1, , q3, q4] = quantiles ?? [y, y, y, y, y];
+          model(`signal-${place}-${panel}-${sweep}`).data = { x, y, q0, q1, q3, q4 };
+          for (const name of sampled ? ["trace", "q0", "q1"] : ["trace"]) {
+            model(`${name}-${place}-${panel}-${sweep}`).visible = !dropped.has(sweep);
+          }
+          if (!dropped.has(sweep)) extent.push(...q0, ...q4);
+        }
+        fit(figure.y_range, extent);
+        const of = sampled ? "median of the samples, with bands from the 25 % to the 75 % and from the 5 % to the 95 % quantile, of " : "";
+        const names = group.names.filter((_, sweep) => found[sweep] && !dropped.has(sweep)).join(", ");
+        byId(`caption-${place}-series-${panel}`).textContent = `${of}${heading(signal)} over time${several ? `: ${names}` : ""}`;
+      });
+      const said = new Map();
+      sweeps.forEach((sweep) => {
+        if (!found[sweep]) {
+          said.set(`${group.names[sweep]} has kept nothing over time.`, []);
+          return;
+        }
+        const series = group.series[sweep];
+        const where = series.axes.map((axis, k) => `${axis.name} ${axis.texts[found[sweep].near[k]]} ${axis.unit}`.trim());
+        const message = series.messages[found[sweep].index];
+        const what = `${!dimensions ? "Of all samples." : found[sweep].same ? `Of the point at the cursor, ${where.join(", ")}.`
+          : `Nothing is kept of the point at the cursor; of the nearest that is, ${where.join(", ")}.`}${message ? ` ${message}` : ""}`;
+        said.set(what, [...(said.get(what) ?? []), group.names[sweep]]);
+      });
+      id("kept").textContent = [...said].map(([what, names]) => (
+        said.size > 1 && names.length ? `${names.join(", ")}: ${what}` : what)).join(" ");
+    };
+    // where something is kept
+    const ringsOf = (sweep) => {
+      if (!group.series[sweep]) return null;
+      const others = cursor.map((k, axis) => axis).filter((axis) => !plane.includes(axis));
+      if (!others.every((axis) => kept[sweep][axis].includes(places[axis][cursor[axis]]))) return null;
+      return plane.map((axis) => kept[sweep][axis]);
+    };
+
     // ---- the cursor
     const tabulate = () => {
       const index = dimensions ? indexOf(cursor) : 0;
@@ -251,15 +324,34 @@
       if (dimensions > 1) drawCursor();
       if (dimensions === 1) panels.forEach((_, k) => { model(`here-${place}-${k}`).location = places[0][cursor[0]]; });
       if (sampled) drawSamples();
+      if (signals.length) drawSeries();
       byId("status").textContent = `Cursor at ${where}.`;
     };
     const draw = () => {
       if (dimensions > 1) drawMaps();
       if (dimensions === 1) drawLines();
       if (sampled) drawSamples();
+      if (signals.length) drawSeries();
     };
 
     // ---- controls
+    if (signals.length) {
+      // where something is kept, so that this is what is seen first
+      const first = keptAt(group.series.findIndex((series) => series));
+      const axes = kept.find((values) => values);
+      first.near.forEach((k, axis) => { cursor[axis] = Math.max(0, places[axis].indexOf(axes[axis][k])); });
+      const ends = group.series.filter((series) => series).map((series) => series.end);
+      span(model(`time-range-${place}`), Math.min(...ends.map((end) => end[0])), Math.max(...ends.map((end) => end[1])));
+      traces.forEach((chosen, panel) => {
+        const choice = byId(`signal-${place}-${panel}`);
+        choice.append(...options(signals.map(heading)));
+        choice.value = chosen;
+        choice.addEventListener("change", () => {
+          traces[panel] = Number(choice.value);
+          drawSeries();
+        });
+      });
+    }
     const listen = (element, act) => element?.addEventListener("change", act);
     id("measure")?.append(...options(measures.map((measure) => (
       measure.label && measure !== state ? `${heading(measure)}: ${measure.label}` : heading(measure)))));
@@ -342,15 +434,21 @@
           panels.forEach((_, k) => {
             model(`stroke-${place}-${k}-${sweep}`).glyph.line_color = colour;
             model(`dot-${place}-${k}-${sweep}`).glyph.fill_color = colour;
+            model(`ring-${place}-${k}-${sweep}`).glyph.line_color = colour;
             if (sampled) model(`band-${place}-${k}-${sweep}`).glyph.fill_color = colour;
           });
         }
+        traces.forEach((_, panel) => {
+          model(`trace-${place}-${panel}-${sweep}`).glyph.line_color = colour;
+          if (sampled) for (const name of ["q0", "q1"]) model(`${name}-${place}-${panel}-${sweep}`).glyph.fill_color = colour;
+        });
         if (sampled) {
           model(`stair-${place}-${sweep}`).glyph.line_color = colour;
           model(`spot-${place}-${sweep}`).glyph.fill_color = colour;
         }
       }
       if (dimensions === 1) panels.forEach((_, k) => paintAxes(model(`line-${place}-${k}`), darkly));
+      traces.forEach((_, panel) => paintAxes(model(`series-${place}-${panel}`), darkly));
       if (sampled) for (const name of ["ecdf", "scatter"]) paintAxes(model(`${name}-${place}`), darkly);
     });
   });

@@ -84,6 +84,28 @@ SWEEPS = {
         "4",
     ],
     "linemaybe": ["--grid", "plant.Omega=5,15", "--sample", "plant.mu_sb=0.6:1", "--count", "4"],
+    "kept": [
+        "--grid",
+        "plant.Omega=5:17:4",
+        "--grid",
+        "plant.WOB=2e4,1e5",
+        "--keep",
+        "plant.bit_speed",
+        "--keep",
+        "plant.bit_torque",
+        "--keep-points",
+        "4",
+    ],
+    "keptline": [
+        "--grid",
+        "plant.Omega=5,15",
+        "--sample",
+        "plant.mu_sb=0.6:1",
+        "--count",
+        "4",
+        "--keep",
+        "plant.bit_speed",
+    ],
     "packagings": ["--grid", "plant=DrillstringNeutral,DrillstringDistributed", "--grid", "plant.WOB=2e4,1e5"],
 }
 

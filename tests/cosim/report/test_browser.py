@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from cosim import open_sweep
+from cosim import open_series, open_sweep, quantile_bands
 from cosim.cli.reports import write_report
 from tests.cosim.report.conftest import changed
 
@@ -259,6 +259,54 @@ def test_samples_are_a_distribution_and_a_probability_at_each_point(
     x, y = page.evaluate(spots)
     assert x == pytest.approx(stored["plant.mu_sb"].values, abs=1e-4)
     assert y == pytest.approx(stored["bit_speed_max"].values[1, 1], abs=1e-3)
+    watched.done()
+
+
+TRACE = "(({x, y}) => [Array.from(x), Array.from(y)])(Bokeh.documents[0].get_model_by_name('signal-0-0-0').data)"
+
+
+def test_the_cursor_of_a_map_shows_what_was_kept_over_time_there_or_nearest(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    store = sweeps("kept")
+    watched = Watched(browser, write_report([store, sweeps("kept", "--branch", "up")], tmp_path / "kept.html", folds=0))
+    page = watched.page
+    stored = open_series(store)["plant.bit_speed"]
+    assert stored.sizes["plant.Omega"] == 2
+    assert page.evaluate("Bokeh.documents[0].get_model_by_name('rings-0-0').data.x.length") == 4
+    assert "Of the point at the cursor, plant.Omega 5 rad/s" in page.locator("#kept-0").inner_text()
+    page.get_by_label("plant.WOB [kN]").select_option(label="100")
+    for label, place, said in (
+        ("5", 0, "Of the point at the cursor, plant.Omega 5 rad/s, plant.WOB 100 kN."),
+        ("9", 0, "Nothing is kept of the point at the cursor; of the nearest that is, plant.Omega 5 rad/s"),
+        ("13", 1, "Nothing is kept of the point at the cursor; of the nearest that is, plant.Omega 17 rad/s"),
+        ("17", 1, "Of the point at the cursor, plant.Omega 17 rad/s, plant.WOB 100 kN."),
+    ):
+        page.get_by_label("plant.Omega [rad/s]").select_option(label=label)
+        assert said in page.locator("#kept-0").inner_text()
+        x, y = page.evaluate(TRACE)
+        values = stored.values[place, 1]
+        seen = np.interp(stored["time"].values, x, y)  # a constant has two points
+        assert seen == pytest.approx(values, abs=1e-3 * max(1.0, float(np.ptp(values))))
+    assert "plant.bit_torque [kN.m] over time" in page.locator("#caption-0-series-1").inner_text()
+    page.get_by_role("checkbox", name=store.name).uncheck()
+    assert not page.evaluate("Bokeh.documents[0].get_model_by_name('trace-0-1-0').visible")
+    watched.done()
+
+
+def test_samples_that_were_kept_over_time_are_bands_of_quantiles(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    store = sweeps("keptline")
+    watched = Watched(browser, write_report([store], tmp_path / "kept.html", folds=0))
+    page = watched.page
+    page.locator("#at-0-0").select_option(label="15")
+    bands = quantile_bands(store)["plant.bit_speed"].transpose("plant.Omega", "quantile", "time").values[1]
+    shown = page.evaluate("Object.entries(Bokeh.documents[0].get_model_by_name('signal-0-0-0').data)"
+                          ".map(([name, values]) => [name, Array.from(values)])")  # fmt: skip
+    for name, band in zip(("q0", "q1", "y", "q3", "q4"), bands, strict=True):
+        assert dict(shown)[name] == pytest.approx(band, abs=1e-3 * max(1.0, float(np.ptp(band)))), name
+    assert "Of the point at the cursor" in page.locator("#kept-0").inner_text()
     watched.done()
 
 

@@ -263,6 +263,34 @@ def test_a_sweep_too_large_for_a_page_is_shown_in_part(
     assert "2 of 8 samples" in read(page).text_content()
 
 
+def test_the_command_of_a_sweep_draws_its_samples_again(tmp_path: Path) -> None:
+    uncertain = tmp_path / "uncertain.toml"
+    uncertain.write_text('"plant.c_b" = { kind = "lognormal", median = 0.03, factor = 2.0 }\n', encoding="utf-8")
+    words = ["stick-slip", "--grid", "plant.Omega=5,15", "--sample", "plant.mu_sb=0.6:1", "--uncertain", str(uncertain)]
+    more = ["--count", "2", "--seed", "3", "--stop-time", "30", "--workers", "1"]
+    done = CliRunner().invoke(app, ["sweep", *words, *more, "--output", str(tmp_path / "first.zarr")])
+    assert done.exit_code == 0, done.output
+    tree = read(write_report([tmp_path / "first.zarr"], tmp_path / "page.html"))
+    command, distributions = tree.xpath("//pre/code/text()")
+    uncertain.write_text(distributions, encoding="utf-8")
+    _, *arguments = shlex.split(command.replace("uncertain.toml", str(uncertain)))
+    done = CliRunner().invoke(app, [*arguments, "--workers", "1", "--output", str(tmp_path / "second.zarr")])
+    assert done.exit_code == 0, done.output
+    first, second = (open_sweep(tmp_path / f"{name}.zarr").load() for name in ("first", "second"))
+    assert first.attrs["sha256"] == second.attrs["sha256"]
+    assert first.equals(second)
+
+
+def test_series_are_left_out_where_there_is_no_room_for_them(
+    sweeps: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cosim.sweeps.told.MOST_SERIES", 4)
+    page = write_report([sweeps("kept")], tmp_path / "kept.html", folds=0)
+    (series,) = drawn(page)["groups"][0]["series"]
+    assert [len(each) for each in series["lines"]] == [2, 2]
+    assert "series of 2 of 4 points" in read(page).text_content()
+
+
 def test_numbers_far_apart_are_written_in_full() -> None:
     values = np.array([0.1, 0.2, 0.3, 1e9, np.inf])
     assert unpacked(packed_fully(values)) == pytest.approx([*values[:4], np.nan], rel=1e-6, nan_ok=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from cosim.drilling.severity import QUANTITIES, SWING
 from cosim.errors import InputError, MissingPackageError, suggestion
+from cosim.progress import Progress, shown
 from cosim.recording.figure import blank_figure, save_figure
 from cosim.system.field_units import shown_in
 from cosim.system.signals import FloatArray
@@ -257,7 +258,7 @@ def _string(
 
 
 def find_folds(
-    found: Map, count: int = FOLDS, progress: Callable[[str, float], None] | None = None
+    found: Map, count: int = FOLDS, progress: Progress | bool | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Return drive speeds [rad/s] up to which there are cycles, and the weights on bit [N] they belong to.
 
@@ -267,25 +268,35 @@ def find_folds(
         Of a string alone.
     count : int
         At how many weights to look; each takes seconds. There may be none at some.
-    progress : callable, optional
-        Called at each weight.
+    progress : callable or bool, optional
+        Called at each cycle that is found; True: a bar is shown, False: none. By default there is one in notebooks.
     """
+    with shown(progress, "following cycles") as told:
+        return _folds(found, count, told)
+
+
+def _folds(found: Map, count: int, told: Progress | None) -> tuple[FloatArray, FloatArray]:
+    """Find the folds, and tell how far it is."""
     from cosim.drilling.mathematics import bistable_omegas
 
     speeds: list[float] = []
     weights: list[float] = []
     places: FloatArray = np.linspace(float(found.y[0]), float(found.y[-1]), count if found.string is not None else 0)
-    for number, weight in enumerate(places.tolist(), 1):
+    for number, weight in enumerate(places.tolist()):
+
+        def tell(done: str, part: float, number: int = number) -> None:
+            if told is not None:
+                told(f"weight {number + 1} of {count}" + (f", {done}" if done else ""), (number + part) / count)
+
         try:
             if weight > 0.0 and found.string is not None:
-                speeds.append(bistable_omegas(found.string, weight).fold)
+                speeds.append(bistable_omegas(found.string, weight, progress=tell).fold)
                 weights.append(weight)
                 if speeds[-1] > found.x[-1]:  # and so are those of greater weights
                     break
         except (ArithmeticError, ValueError) as error:
             log.info("no fold of the cycles at WOB = %g N: %s", weight, error)
-        if progress is not None:
-            progress(f"{number} of {count} weights", number / count)
+        tell("", 1.0)
     return np.array(speeds), np.array(weights)
 
 

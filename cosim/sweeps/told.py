@@ -238,10 +238,10 @@ def _drawn(found: Any) -> list[str]:
 def _distributions(found: Any) -> list[str]:
     """Return the lines of the file of distributions that samples of a sweep were drawn from."""
     told: dict[str, Any] = json.loads(found.attrs.get(SAMPLING, "null")) or {"from": {}}
+    spreads: dict[str, dict[str, Any]] = {name: each for name, each in told["from"].items() if isinstance(each, dict)}
     return [
         f'"{printable(name)}" = {{ {", ".join(f"{key} = {json.dumps(value)}" for key, value in spread.items())} }}'
-        for name, spread in told["from"].items()
-        if isinstance(spread, dict)
+        for name, spread in spreads.items()
     ]
 
 

@@ -15,12 +15,13 @@ from cosim.cli.arguments import (
     FoldsOption,
     GridOption,
     PackagingOption,
+    ParametersOption,
     SampleOption,
     ScenarioArgument,
     SetOption,
     StepSizeOption,
     StopTimeOption,
-    read_override,
+    read_overrides,
     seconds,
 )
 from cosim.cli.terminal import new_console, progress_bar, sentences
@@ -28,7 +29,6 @@ from cosim.errors import InputError, printable
 
 if TYPE_CHECKING:
     from cosim.sweeps.design import Spread
-    from cosim.system.signals import Value
 
 
 def sweep(
@@ -61,6 +61,7 @@ def sweep(
         int, typer.Option(help="With --keep: at how many points of the grid, spread evenly; of samples, all.")
     ] = 100,
     set_: SetOption = None,
+    parameters: ParametersOption = None,
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
     packaging: PackagingOption = "native",
     algorithm: AlgorithmOption = None,
@@ -76,11 +77,13 @@ def sweep(
 ) -> None:
     """Run a scenario over grids and samples, on all processors or a cluster; interrupted, the same command goes on."""
     from cosim.run.options import RunOptions
+    from cosim.scenario.file import opened_scenario
     from cosim.sweeps.sweep import sweep as run_sweep
 
     with sentences():
         path = output or Path("runs", f"{Path(scenario).stem}.zarr")
-        overrides: dict[str, Value] = dict(read_override(text) for text in set_ or ())
+        with opened_scenario(scenario, stop_time, step_size) as loaded:
+            overrides = read_overrides(loaded, packaging, parameters, set_)
         options = RunOptions(
             packaging=packaging,
             algorithm=algorithm,
@@ -197,10 +200,11 @@ def sensitivity(
     from cosim.drilling.uncertainty import draw_indices, write_indices
     from cosim.errors import OutputError
     from cosim.files import why
+    from cosim.sweeps.reading import open_sweep
 
     with sentences():
         with progress_bar() as bar:
-            found, left = indices_of_all(store, confidence / 100.0, bar.one_task("estimating"))
+            found, left = indices_of_all(open_sweep(store), confidence / 100.0, bar.one_task("estimating"))
         path = output or store.with_name(f"{store.stem}-indices.png")
         try:
             draw_indices(path, {each.attrs["long_name"]: each for each in found.values()}, units)

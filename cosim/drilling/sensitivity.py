@@ -15,20 +15,20 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from cosim.drilling.severity_map import unstable_points
 from cosim.errors import InputError, require, suggestion
-from cosim.sweeps.reading import HELD, SAMPLE, SAMPLING, open_sweep, reader
 from cosim.system.signals import FloatArray
 
 INSTABILITY, SHARE, THRESHOLD = "instability", "share", "threshold"
 RESAMPLES = 100
 """How often samples are drawn again for a confidence interval."""
 VARIABLE = "variable"
+_SAMPLE, _SAMPLING, _HELD = "sample", "sampling", "held"
+"""Names in a store: the dimension of samples, how they were drawn, and inputs that are the same at all points."""
 _STRING = "DrillstringNeutral"
 _TEXTS = {
     INSTABILITY: ("", "instability of a point, 0 or 1"),
@@ -36,6 +36,11 @@ _TEXTS = {
     THRESHOLD: ("rad/s", "drive speed at which steady rotation loses its stability"),
 }
 _SALTELLI = "saltelli"
+
+
+class NoOutputError(InputError):
+    """An output that a sweep does not tell."""
+
 
 Progress = Callable[[str, float], None]
 
@@ -97,7 +102,7 @@ def estimate(values: FloatArray, variables: int, confidence: float, resamples: i
 
 
 def sobol_indices(
-    store: str | Path,
+    dataset: Any,
     of: str = INSTABILITY,
     *,
     confidence: float = 0.95,
@@ -109,8 +114,8 @@ def sobol_indices(
 
     Parameters
     ----------
-    store : str or Path
-        Of the sweep, which is done.
+    dataset : xarray.Dataset
+        From `cosim.sweep` or `cosim.open_sweep`, of a sweep that is done.
     of : str
         ``"instability"``, which is 0 or 1, at each point of the grid: what decides of the probability of stick-slip.
         ``"share"``: the part of the grid's points that are unstable. ``"threshold"``: the drive speed at which steady
@@ -139,8 +144,7 @@ def sobol_indices(
         raise InputError(f"the confidence is {confidence:g}; expected a number between 0 and 1")
     if resamples < 2:
         raise InputError(f"the samples are to be drawn again {resamples} times; expected 2 at least")
-    dataset = open_sweep(store)
-    drawn = _drawn(store, dataset)
+    drawn = _drawn(dataset)
     names = list(drawn["from"])
     output = _output(dataset, of, progress)
     shape = output.shape[:-1]
@@ -157,8 +161,7 @@ def sobol_indices(
         if progress is not None:
             progress(f"{number} of {left_out.size} points", number / left_out.size)
     dims = [str(name) for name in output.dims[:-1]]
-    xarray = reader()
-    return xarray.Dataset(
+    return _xarray().Dataset(
         {**{name: ([*dims, VARIABLE], values) for name, values in found.items()}, "left_out": (dims, left_out)},
         {**{name: dataset[name] for name in dims if name in dataset.coords}, VARIABLE: names},
         {
@@ -169,21 +172,20 @@ def sobol_indices(
 
 
 def indices_of_all(
-    store: str | Path, confidence: float, progress: Progress | None = None
+    dataset: Any, confidence: float, progress: Progress | None = None
 ) -> tuple[dict[str, Any], list[str]]:
     """Estimate the indices of all that tells of stick-slip: by output; and say in sentences what there are none of."""
-    dataset = open_sweep(store)
-    grid = [name for name in dataset["failed"].dims if name != SAMPLE]
+    grid = [name for name in dataset["failed"].dims if name != _SAMPLE]
     found: dict[str, Any] = {}
     left: list[str] = []
+    _drawn(dataset)
     for of in (INSTABILITY, SHARE, THRESHOLD) if grid else (INSTABILITY, THRESHOLD):
-        if of == THRESHOLD:
-            try:
-                found[of] = sobol_indices(store, of, confidence=confidence, progress=progress)
-            except InputError as error:
-                left.append(f"no indices of the threshold: {error}")
-        else:
-            found[of] = sobol_indices(store, of, confidence=confidence, progress=progress)
+        try:
+            found[of] = sobol_indices(dataset, of, confidence=confidence, progress=progress)
+        except NoOutputError as error:
+            left.append(f"no indices of {of}: {error}")
+    if not found:
+        raise InputError(left[0])
     for of, each in found.items():
         most = int(each["left_out"].max())
         if most:
@@ -191,39 +193,42 @@ def indices_of_all(
     return found, left
 
 
-def _drawn(store: str | Path, dataset: Any) -> dict[str, Any]:
+def _xarray() -> Any:
+    """Return xarray, which takes a while to import."""
+    return require("xarray", extra="stream", purpose="reading a sweep")
+
+
+def _drawn(dataset: Any) -> dict[str, Any]:
     """Return how samples were drawn; refuse what indices cannot be estimated of."""
-    if SAMPLE not in dataset["failed"].dims:
-        raise InputError(f"{store}: the sweep has no samples; expected some, and --sampling {_SALTELLI}")
-    drawn = cast(dict[str, Any], json.loads(dataset.attrs.get(SAMPLING, "{}")))
+    if _SAMPLE not in dataset["failed"].dims:
+        raise InputError(f"the sweep has no samples; expected some, and --sampling {_SALTELLI}")
+    drawn = cast(dict[str, Any], json.loads(dataset.attrs.get(_SAMPLING, "{}")))
     if drawn.get("method") != _SALTELLI:
         method = drawn.get("method", "another method")
-        raise InputError(
-            f"{store}: the samples were drawn by {method}; indices are estimated of --sampling {_SALTELLI}"
-        )
+        raise InputError(f"the samples were drawn by {method}; indices are estimated of --sampling {_SALTELLI}")
     failed = dataset["failed"].values
     done = int(np.isfinite(failed).sum())
     if done < failed.size:
-        raise InputError(f"{store}: {done} of {failed.size} points are done; expected all, go on with the same command")
+        raise InputError(f"{done} of {failed.size} points are done; expected all, go on with the same command")
     return drawn
 
 
 def _output(dataset: Any, of: str, progress: Progress | None) -> Any:
     """Return an output of a sweep over the grid and, last, over samples; NaN where there is none."""
     known = [str(name) for name in dataset.data_vars if name not in ("failed", "message")]
-    grid = [str(name) for name in dataset["failed"].dims if name != SAMPLE]
+    grid = [str(name) for name in dataset["failed"].dims if name != _SAMPLE]
     if of == THRESHOLD:
         return _threshold(dataset, [name for name in grid if not name.endswith(".Omega")], progress)
     if of in (INSTABILITY, SHARE):
         if "bit_speed_max" not in known:
-            raise InputError(f"the sweep has not measured how a bit moves; known: {', '.join(known)}")
-        order = (*grid, SAMPLE)
+            raise NoOutputError(f"the sweep has not measured how a bit moves; known: {', '.join(known)}")
+        order = (*grid, _SAMPLE)
         kept = {str(name): dataset[name].transpose(*order).values for name in ("failed", *known)}
         values = np.where(kept["failed"] == 0, unstable_points(kept).astype(np.float64), np.nan)
-        found = reader().DataArray(values, dims=order)
+        found = _xarray().DataArray(values, dims=order)
         found = found.mean(dim=grid, skipna=False) if of == SHARE else found
     elif of in known:
-        found = dataset[of].transpose(*grid, SAMPLE)
+        found = dataset[of].transpose(*grid, _SAMPLE)
         return found.where(np.isfinite(found))
     else:
         raise InputError(f"there are no indices of '{of}'{suggestion(of, [*_TEXTS, *known])}")
@@ -236,9 +241,9 @@ def _threshold(dataset: Any, grid: Sequence[str], progress: Progress | None) -> 
 
     component, known = _string(dataset)
     symbols = {each.name for each in fields(DrillstringParameters)}
-    size = int(dataset.sizes[SAMPLE])
+    size = int(dataset.sizes[_SAMPLE])
     shape = tuple(int(dataset.sizes[name]) for name in grid)
-    samples = {str(name): dataset[name].values for name in dataset.coords if dataset[name].dims == (SAMPLE,)}
+    samples = {str(name): dataset[name].values for name in dataset.coords if dataset[name].dims == (_SAMPLE,)}
     values = np.full((*shape, size), np.nan)
     for number, place in enumerate(np.ndindex(*shape), 1):
         at = {name: dataset[name].values[index] for name, index in zip(grid, place, strict=True)}
@@ -246,7 +251,7 @@ def _threshold(dataset: Any, grid: Sequence[str], progress: Progress | None) -> 
             given = {**known, **at, **{name: each[sample] for name, each in samples.items()}}
             own = dict(_own(component, given))
             if "WOB" not in own:
-                raise InputError("the store does not tell the weight on bit; expected it to be varied")
+                raise NoOutputError("the store does not tell the weight on bit; expected it to be varied")
             try:
                 string = DrillstringParameters(**{name: float(v) for name, v in own.items() if name in symbols})
                 values[(*place, sample)] = stability_boundary(string, [float(own["WOB"])])[0]
@@ -255,7 +260,7 @@ def _threshold(dataset: Any, grid: Sequence[str], progress: Progress | None) -> 
         if progress is not None:
             progress(f"thresholds: {number} of {math.prod(shape)}", number / math.prod(shape))
     unit, text = _TEXTS[THRESHOLD]
-    return reader().DataArray(values, dims=(*grid, SAMPLE), attrs={"units": unit, "long_name": text})
+    return _xarray().DataArray(values, dims=(*grid, _SAMPLE), attrs={"units": unit, "long_name": text})
 
 
 def _string(dataset: Any) -> tuple[str, dict[str, Any]]:
@@ -264,8 +269,8 @@ def _string(dataset: Any) -> tuple[str, dict[str, Any]]:
     parts: Mapping[str, Any] = record["components"]
     component = next(iter(parts))
     if len(parts) != 1 or parts[component]["model"] != _STRING or component in dataset.coords:
-        raise InputError(f"the threshold is known of {_STRING} alone; this sweep is of {', '.join(parts)}")
-    held: Mapping[str, Any] = json.loads(dataset.attrs.get(HELD, "{}"))
+        raise NoOutputError(f"the threshold is known of {_STRING} alone; this sweep is of {', '.join(parts)}")
+    held: Mapping[str, Any] = json.loads(dataset.attrs.get(_HELD, "{}"))
     parameters = {f"{component}.{name}": value for name, value in parts[component]["parameters"].items()}
     return component, {**held, **parameters}
 

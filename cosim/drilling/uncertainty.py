@@ -15,10 +15,10 @@ from cosim.drilling.sensitivity import VARIABLE
 from cosim.errors import InputError, printable, suggestion
 from cosim.files import replace_file
 from cosim.recording.figure import COLOURS, LONGEST_NAME, STYLES, View, blank_figure, finish_row, save_figure
-from cosim.sweeps.reading import TIME
 from cosim.system.field_units import shown_in
 
 _FAINTEST, _STRONGEST = 0.18, 0.45
+_TIME = "time"
 _COLUMNS = ("first", "first_confidence", "total", "total_confidence")
 _BESIDES = ("samples", "message")
 
@@ -50,7 +50,7 @@ def draw_bands(path: Path, found: Mapping[str, Any], signals: Sequence[str], **h
     view = View(shown, names=NAMES, **how)
     for label, each in found.items():
         known = [str(name) for name in each.data_vars if name not in _BESIDES]
-        over = [str(name) for name in each.dims if name not in (TIME, "quantile")]
+        over = [str(name) for name in each.dims if name not in (_TIME, "quantile")]
         if over:
             raise InputError(f"{label} is over {', '.join(over)}; expected a point, as --at {over[0]}=VALUE")
         for name in shown:
@@ -88,8 +88,8 @@ def _unit(found: Mapping[str, Any], name: str) -> str:
 
 def _draw(panel: Any, signal: Any, view: View, colour: str, prefix: str) -> None:
     """Draw the bands of a signal, the wider the fainter, and its median; or a line where it has no quantiles."""
-    part = view.part(signal[TIME].values)
-    times = signal[TIME].values[part]
+    part = view.part(signal[_TIME].values)
+    times = signal[_TIME].values[part]
     values = np.atleast_2d(signal.values * shown_in(str(signal.attrs.get("units", "")), view.units)[1])[:, part]
     if "quantile" not in signal.dims:
         panel.plot(times, values[0], color=colour, linewidth=0.9, label=prefix.removesuffix(": ") or None)

@@ -8,8 +8,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import pickle
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, cast
@@ -71,6 +72,8 @@ class PointPlan:
         What is taken from each point.
     series : Rows or None
         What is kept over time of some.
+    functions : mapping of str to Description
+        Of the components that are Python functions, which go to workers as `pickle` sends them.
     """
 
     system: System
@@ -85,13 +88,13 @@ class PointPlan:
     method: Method
     measures: MeasureSet
     series: Rows | None = None
+    functions: Mapping[str, Description] = field(default_factory=dict[str, Description])
 
     def descriptions(self, chosen: Mapping[str, str]) -> dict[str, Description]:
         """Return the descriptions of the components for a choice of FMUs."""
-        return {
-            part.name: self.files[self.choices[part.name][chosen[part.name]]].description
-            for part in self.system.components
-        }
+        known = {name: self.files[self.choices[name][fmu]].description for name, fmu in chosen.items()}
+        known |= self.functions
+        return {part.name: known[part.name] for part in self.system.components}
 
     def system_of(self, chosen: Mapping[str, str]) -> System:
         """Return the system for a choice of FMUs; parameters that an FMU in another's place lacks are left out."""
@@ -121,6 +124,7 @@ class PointPlan:
             and self.method.tolerance is None
             and not self.method.implicit
             and not self.system.connections
+            and not self.functions
             and all(isinstance(signal, Constant) for signal in self.system.inputs.values())
             and all(file.description.can_vary_step for file in self.files.values())
         )
@@ -223,6 +227,8 @@ class Opened:
         if "." not in name:
             if name not in self.descriptions:
                 self.system.component_of(f"{name}.{name}")
+            if name not in self.paths:
+                raise SystemDefinitionError(f"{name} is a Python function; expected an FMU whose place others take")
             return None
         port = Port.parse(name)
         part = self.system.component_of(port)
@@ -258,11 +264,17 @@ def open_system(scenario: Scenario, options: RunOptions) -> Opened:
     Raises
     ------
     InputError
-        If something does not exist, or is a Python function.
+        If something does not exist, or is a Python function that cannot go to workers.
     """
     system, descriptions, paths = described(scenario, options)
     for name, callee in functions_of(system).items():
-        raise SystemDefinitionError(f"{name} is the Python function {callee.name}; a sweep takes FMUs only")
+        try:
+            pickle.dumps(callee.function)
+        except Exception as error:  # whatever an object raises that is not to be sent
+            raise SystemDefinitionError(
+                f"{name}: the Python function {callee.name} cannot be sent to workers ({error}); expected one that is "
+                "defined at the top of a module"
+            ) from error
     return Opened(scenario, options, system, paths, descriptions)
 
 
@@ -281,7 +293,10 @@ def make_sweep(
     _refuse_fixed(design, variables)
     files: dict[str, File] = {}
     choices: dict[str, dict[str, str]] = {}
+    functions = functions_of(opened.system)
     for part in opened.system.components:
+        if part.name in functions:
+            continue
         values = next((axis.values[part.name] for axis in design.axes if part.name in axis.values), None)
         wanted = {str(part.fmu): opened.paths[part.name]} if values is None else _alternatives(opened, values)
         choices[part.name] = {name: _add(files, path) for name, path in wanted.items()}
@@ -289,7 +304,11 @@ def make_sweep(
         system=_driven(opened, variables, design),
         files=files,
         choices=choices,
-        chosen={part.name: str(part.fmu) for part in opened.system.components if part.name not in varied},
+        chosen={
+            part.name: str(part.fmu)
+            for part in opened.system.components
+            if part.name not in varied and part.name not in functions
+        },
         names=tuple(varied),
         start_time=opened.scenario.start_time,
         duration=_duration(opened),
@@ -297,6 +316,7 @@ def make_sweep(
         points_per_run=design.length,
         method=opened.options.method(opened.scenario),
         measures=measures,
+        functions={name: opened.descriptions[name] for name in functions},
     )
     _check(plan, design)
     kept = None if keep is None else _kept(plan, design, keep)
@@ -404,7 +424,7 @@ def _check(plan: PointPlan, design: Design) -> None:
             output = descriptions[port.component].by_name.get(port.variable)
             if output is None or output.causality != "output":
                 raise SystemDefinitionError(
-                    f"{name} is to be measured, and {chosen[port.component]} has no such output"
+                    f"{name} is to be measured, and {descriptions[port.component].model_name} has no such output"
                 )
         if design.along is not None:
             _refuse_stateless(descriptions)

@@ -101,8 +101,8 @@ def sweep(
         Called several times a second with how far it is, in words, and the part that is done; True: a bar is shown,
         False: none. By default there is one in notebooks and in IPython, after two seconds.
     options : RunOptions, optional
-        How to run each point; and so **keywords, as of `cosim.simulate`. What is for single runs is refused: `isolate`,
-        `limits`, `components` and `connections`.
+        How to run each point; and so **keywords, as of `cosim.simulate`: Python functions as components among them, as
+        far as `pickle` can send them to workers. What is for single runs is refused: `isolate` and `limits`.
 
     Returns
     -------
@@ -173,7 +173,7 @@ def _axis(opened: Opened, name: str, said: Values) -> Axis:
 
 def _refuse_apart(options: RunOptions) -> None:
     """Refuse what is for single runs."""
-    for name in ("isolate", "limits", "components", "connections"):
+    for name in ("isolate", "limits"):
         if getattr(options, name):
             raise InputError(f"{name} is for single runs; points of a sweep run in processes of their workers")
 

@@ -114,7 +114,10 @@ def _bench(name: str, content: bytes | None) -> Workbench | None:
     if content is None:
         return None
     leave()
-    plan: PointPlan = pickle.loads(content)  # from whoever may run anything here, as any job of an executor is
+    try:
+        plan: PointPlan = pickle.loads(content)  # from whoever may run anything here, as any job of an executor is
+    except AttributeError as error:  # of a module that is another one here, as that of a notebook is
+        raise ImportError(f"{error}; expected functions in a module that workers can import") from error
     _own.bench, _own.name = Workbench(plan), name
     atexit.register(_own.bench.close)
     return _own.bench

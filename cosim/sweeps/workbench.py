@@ -31,6 +31,7 @@ from cosim.master.run import Snapshot
 from cosim.master.slave import Slave
 from cosim.recording.record import TEXT
 from cosim.run.assembly import modules_apart
+from cosim.run.function import FunctionSlave, functions_of
 from cosim.sweeps.held_run import HeldRun
 from cosim.sweeps.measures import last_window
 from cosim.sweeps.plan import PointPlan
@@ -207,14 +208,19 @@ class Workbench:
     def _slaves(self, chosen: Mapping[str, str], known: Mapping[str, Description]) -> dict[str, Slave]:
         """Return an instance for each component that knows nothing of what was run before."""
         files = {name: self._plan.choices[name][fmu] for name, fmu in chosen.items()}
-        keys = [(name, files[name]) for name in known]
+        keys = [(name, files[name]) for name in known if name in files]
         if any(key not in self._places for key in keys):
             paths = {name: self._paths[file] for name, file in files.items()}
             apart = modules_apart(paths, frozenset())
             for name, file in keys:
                 place = _Place(name, self._paths[file], known[name], name in apart)
                 self._places.setdefault((name, file), place)
-        return {key[0]: self._places[key].renewed() for key in keys}
+        slaves: dict[str, Slave] = {key[0]: self._places[key].renewed() for key in keys}
+        if self._plan.functions:
+            repeats = self._plan.method.implicit or self._plan.method.tolerance is not None
+            for name, callee in functions_of(self._plan.system).items():
+                slaves[name] = FunctionSlave(name, callee, known[name], repeats=repeats)
+        return {name: slaves[name] for name in known}
 
     def _run_long(
         self, chosen: Mapping[str, str], values: Mapping[str, Value], step: int, state: Snapshot | None, keep: bool

@@ -76,7 +76,7 @@ def _shell() -> Any:
 
 
 class _Screen(Protocol):
-    """Where a bar is drawn."""
+    """Something that a bar is drawn on."""
 
     def draw(self, text: str, part: float) -> None:
         """Draw it, or draw it anew."""

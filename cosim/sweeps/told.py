@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -206,7 +207,7 @@ def _command(found: Any, record: Mapping[str, Any]) -> str:
     words = ["cosim", "sweep", str(record["scenario"])]
     for name in _axes_of(found):
         words += ["--grid", f"{name}={_values(found[name].values)}"]
-    words += _drawn(found)
+    words += [*_drawn(found), *_keeping(found)]
     options: dict[str, Any] = {
         "packaging": found.attrs["packaging"],
         "variant": found.attrs["variant"],
@@ -233,6 +234,18 @@ def _drawn(found: Any) -> list[str]:
     if told["from"]:
         words += ["--count", str(told["count"]), "--sampling", str(told["method"]), "--seed", str(told["seed"])]
     return words
+
+
+def _keeping(found: Any) -> list[str]:
+    """Return how a command keeps the series of a sweep: as many points of the grid as are kept are those."""
+    told: dict[str, Any] | None = json.loads(found.attrs.get(SERIES, "null"))
+    if told is None:
+        return []
+    words = [word for name in told["signals"] for word in ("--keep", str(name))]
+    spread = [name for name in _axes_of(found) if found[name].dtype.kind in "fiu"]
+    kept = {name: told["points"][name] for name in spread}
+    points = math.prod(found.sizes[name] if each == "all" else len(each) for name, each in kept.items())
+    return [*words, "--keep-every", repr(told["every"]), "--keep-points", str(points)]
 
 
 def _distributions(found: Any) -> list[str]:

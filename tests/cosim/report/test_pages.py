@@ -19,7 +19,7 @@ from lxml import html
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from cosim import open_sweep, open_variants
+from cosim import open_series, open_sweep, open_variants
 from cosim.cli.app import app
 from cosim.cli.reports import write_report
 from cosim.drilling.severity_map import Map
@@ -263,11 +263,11 @@ def test_a_sweep_too_large_for_a_page_is_shown_in_part(
     assert "2 of 8 samples" in read(page).text_content()
 
 
-def test_the_command_of_a_sweep_draws_its_samples_again(tmp_path: Path) -> None:
+def test_the_command_of_a_sweep_draws_its_samples_and_keeps_its_series_again(tmp_path: Path) -> None:
     uncertain = tmp_path / "uncertain.toml"
     uncertain.write_text('"plant.c_b" = { kind = "lognormal", median = 0.03, factor = 2.0 }\n', encoding="utf-8")
     words = ["stick-slip", "--grid", "plant.Omega=5,15", "--sample", "plant.mu_sb=0.6:1", "--uncertain", str(uncertain)]
-    more = ["--count", "2", "--seed", "3", "--stop-time", "30", "--workers", "1"]
+    more = ["--count", "2", "--seed", "3", "--stop-time", "30", "--workers", "1", "--keep", "plant.bit_speed"]
     done = CliRunner().invoke(app, ["sweep", *words, *more, "--output", str(tmp_path / "first.zarr")])
     assert done.exit_code == 0, done.output
     tree = read(write_report([tmp_path / "first.zarr"], tmp_path / "page.html"))
@@ -279,6 +279,7 @@ def test_the_command_of_a_sweep_draws_its_samples_again(tmp_path: Path) -> None:
     first, second = (open_sweep(tmp_path / f"{name}.zarr").load() for name in ("first", "second"))
     assert first.attrs["sha256"] == second.attrs["sha256"]
     assert first.equals(second)
+    assert open_series(tmp_path / "first.zarr").equals(open_series(tmp_path / "second.zarr"))
 
 
 def test_series_are_left_out_where_there_is_no_room_for_them(

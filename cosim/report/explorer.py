@@ -34,7 +34,7 @@ _BRANCHES = {"rest": "", "up": " (continued up)", "down": " (continued down)"}
 _HEIGHT = 380
 _PANELS = 4
 """Plots over time."""
-_MOST_ROWS = 100_000
+_MOST_ROWS = 75_000
 """Of all lines over time; 5.4 bytes of the page each."""
 
 

@@ -22,7 +22,7 @@ MOST_NUMBERS = 280_000
 """Of all maps of a page, 2.7 bytes each."""
 _MOST_CELLS = 40_000
 """Of a plane that a browser draws at once."""
-MOST_SERIES = 600
+MOST_SERIES = 400
 """Lines over time of a page."""
 _BESIDES = ("failed", "message")
 

@@ -15,17 +15,17 @@ from itertools import product
 from pathlib import Path
 from typing import Any, cast
 
-from cosim.errors import InputError, SystemDefinitionError, format_time, suggestion
+from cosim.errors import InputError, SystemDefinitionError, format_time
 from cosim.fmi2.locate import locate_fmu
 from cosim.provenance import commit, versions
 from cosim.run.assembly import described, record_components
 from cosim.run.function import functions_of
 from cosim.run.options import RunOptions
 from cosim.scenario.scenario import Scenario
-from cosim.sweeps.design import SAMPLES, Axis, Design
+from cosim.sweeps.design import Axis, Design
 from cosim.sweeps.measures import Beginning, MeasureSet, Quantity
 from cosim.sweeps.reading import HELD, SAMPLING, SERIES
-from cosim.sweeps.series import Kept, Rows, Wanted, rows_of, spread
+from cosim.sweeps.series import Kept, Rows, Wanted, kept_of
 from cosim.system.compatibility import Written, check_system, convert, read_value
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_unit
@@ -331,34 +331,11 @@ def make_sweep(
 
 
 def _kept(plan: PointPlan, design: Design, wanted: Wanted) -> Kept:
-    """Check what is wanted over time, and say of which points it is kept."""
+    """Say what is kept over time, and of which points."""
     if plan.method.tolerance is not None:
         raise InputError("the steps vary with the tolerance; series are kept of runs with steps of one size only")
-    told: dict[str, tuple[str, str]] = {}
-    for each in plan.known_descriptions():
-        for name in wanted.signals:
-            unit, text = _output(name, each)
-            told.setdefault(name, (unit, text))
     step_size = None if plan.takes_long_steps else plan.step_size
-    rows = rows_of(wanted, plan.duration, step_size, continued=design.along is not None)
-    times = rows.times(plan.start_time, plan.start_time + plan.duration)
-    return Kept(rows, spread(design, wanted.points), told, times)
-
-
-def _output(name: str, descriptions: Mapping[str, Description]) -> tuple[str, str]:
-    """Return unit and description of an output that is a number; refuse what is none."""
-    component, _, variable = name.partition(".")
-    if component not in descriptions:
-        raise SystemDefinitionError(
-            f"{name} is to be kept: there is no such component{suggestion(component, descriptions)}"
-        )
-    known = descriptions[component]
-    outputs = {each.name: each for each in known.with_causality("output") if each.type != "String"}
-    if variable not in outputs:
-        what = f"{name} is to be kept, and {known.model_name} has no output of that name that is a number"
-        raise SystemDefinitionError(f"{what}{suggestion(variable, outputs)}")
-    found = outputs[variable]
-    return found.unit.name if found.unit else "", found.description
+    return kept_of(wanted, design, plan.known_descriptions(), (plan.start_time, plan.duration), step_size)
 
 
 def _duration(opened: Opened) -> float:
@@ -517,28 +494,3 @@ def _connection(connection: Any) -> str:
 def _digest(values: Sequence[Value]) -> str:
     """Return the SHA-256 of values."""
     return hashlib.sha256(json.dumps(list(values)).encode()).hexdigest()
-
-
-_SENTENCES = {
-    "format": "is of another format",
-    "product": "was begun by another version",
-    "axes": "is over other values",
-    "components": "is of other FMUs or parameters",
-    "fmus": "is of other FMUs",
-    "branch": "is of another branch",
-    SERIES: "keeps other series",
-}
-
-
-def differing(record: Mapping[str, Any], stored: Mapping[str, Any]) -> str | None:
-    """Say in what a stored record differs from that of a sweep; None if they are the same."""
-    for name, wanted in record.items():
-        if stored.get(name) == wanted:
-            continue
-        if name == "axes" and set(stored.get(name) or ()) == set(wanted):
-            bad = [axis for axis in wanted if wanted[axis] != stored[name][axis]]
-            return f"has other values of {', '.join('the samples' if each == SAMPLES else each for each in bad)}"
-        if name in ("format", "product", "branch"):
-            return f"{_SENTENCES[name]} ({stored.get(name)}, not {wanted})"
-        return _SENTENCES.get(name, f"has {'other' if name[-1] == 's' else 'another'} {name.replace('_', ' ')}")
-    return _SENTENCES[SERIES] if SERIES in stored and SERIES not in record else None

@@ -8,7 +8,7 @@ once more, in the steps that are kept.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import InputError, format_time
+from cosim.errors import InputError, SystemDefinitionError, format_time, suggestion
 from cosim.sweeps.design import SAMPLES, Axis, Design
 from cosim.sweeps.reading import SERIES, TIME, quiet, reader
+from cosim.system.description import Description
 from cosim.system.signals import FloatArray
 
 EVERY = 0.1
@@ -119,8 +120,9 @@ def rows_of(wanted: Wanted, duration: float, step_size: float | None, *, continu
     """
     every = wanted.every
     if every is None:
-        every = EVERY if step_size is None else max(1, math.ceil(EVERY / step_size * (1.0 - _SAME))) * step_size
-        every = min(every, duration)
+        most = duration if step_size is None else math.floor(duration / step_size * (1.0 + _SAME)) * step_size
+        usual = EVERY if step_size is None else math.ceil(EVERY / step_size * (1.0 - _SAME)) * step_size
+        every = min(usual, most)
     if not 0.0 < every <= duration:
         raise InputError(f"series are to be kept every {every:g} s of points of {duration:g} s; expected less, and > 0")
     strides = 1.0 if step_size is None else every / step_size
@@ -176,6 +178,58 @@ class Kept:
             for axis, kept in zip(design.axes, self.indices, strict=True)
         }
         return {"signals": list(self.rows.signals), "every": self.rows.every, "points": chosen}
+
+
+def kept_of(
+    wanted: Wanted,
+    design: Design,
+    choices: Iterable[Mapping[str, Description]],
+    times: tuple[float, float],
+    step_size: float | None,
+) -> Kept:
+    """Check what is wanted over time, and say of which points it is kept.
+
+    Parameters
+    ----------
+    wanted : Wanted
+        What is asked for.
+    design : Design
+        The points.
+    choices : iterable of mapping of str to Description
+        By component, for each choice of FMUs.
+    times : (float, float)
+        When points begin, and how long they are run, s.
+    step_size : float or None
+        As of `rows_of`.
+
+    Raises
+    ------
+    InputError
+        If something is no output, or no rows can be had so.
+    """
+    told: dict[str, tuple[str, str]] = {}
+    for descriptions in choices:
+        for name in wanted.signals:
+            told.setdefault(name, _output(name, descriptions))
+    begin, duration = times
+    rows = rows_of(wanted, duration, step_size, continued=design.along is not None)
+    return Kept(rows, spread(design, wanted.points), told, rows.times(begin, begin + duration))
+
+
+def _output(name: str, descriptions: Mapping[str, Description]) -> tuple[str, str]:
+    """Return unit and description of an output that is a number; refuse what is none."""
+    component, _, variable = name.partition(".")
+    if component not in descriptions:
+        raise SystemDefinitionError(
+            f"{name} is to be kept: there is no such component{suggestion(component, descriptions)}"
+        )
+    known = descriptions[component]
+    outputs = {each.name: each for each in known.with_causality("output") if each.type != "String"}
+    if variable not in outputs:
+        what = f"{name} is to be kept, and {known.model_name} has no output of that name that is a number"
+        raise SystemDefinitionError(f"{what}{suggestion(variable, outputs)}")
+    found = outputs[variable]
+    return found.unit.name if found.unit else "", found.description
 
 
 def spread(design: Design, most: int) -> tuple[tuple[int, ...], ...]:

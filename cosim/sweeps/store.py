@@ -24,8 +24,8 @@ from cosim.errors import OutputError
 from cosim.files import draft_of, locked, open_file, why, write_all
 from cosim.sweeps import series
 from cosim.sweeps.design import SAMPLES, Design
-from cosim.sweeps.plan import Sweep, differing
-from cosim.sweeps.reading import quiet, reader
+from cosim.sweeps.plan import Sweep
+from cosim.sweeps.reading import SERIES, quiet, reader
 from cosim.sweeps.work import Done, Stretch
 
 JOURNAL = ".journal"
@@ -385,6 +385,31 @@ def _attributes(sweep: Sweep) -> dict[str, Any]:
     """Return what the store tells of the sweep: text, and JSON where that is not enough."""
     told = {**sweep.told, RECORD: sweep.record, "sha256": sweep.digest}
     return {key: value if isinstance(value, str) else json.dumps(value) for key, value in told.items()}
+
+
+_SENTENCES = {
+    "format": "is of another format",
+    "product": "was begun by another version",
+    "axes": "is over other values",
+    "components": "is of other FMUs or parameters",
+    "fmus": "is of other FMUs",
+    "branch": "is of another branch",
+    SERIES: "keeps other series",
+}
+
+
+def differing(record: Mapping[str, Any], stored: Mapping[str, Any]) -> str | None:
+    """Say in what a stored record differs from that of a sweep; None if they are the same."""
+    for name, wanted in record.items():
+        if stored.get(name) == wanted:
+            continue
+        if name == "axes" and set(stored.get(name) or ()) == set(wanted):
+            bad = [axis for axis in wanted if wanted[axis] != stored[name][axis]]
+            return f"has other values of {', '.join('the samples' if each == SAMPLES else each for each in bad)}"
+        if name in ("format", "product", "branch"):
+            return f"{_SENTENCES[name]} ({stored.get(name)}, not {wanted})"
+        return _SENTENCES.get(name, f"has {'other' if name[-1] == 's' else 'another'} {name.replace('_', ' ')}")
+    return _SENTENCES[SERIES] if SERIES in stored and SERIES not in record else None
 
 
 @contextmanager

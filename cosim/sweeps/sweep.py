@@ -125,7 +125,7 @@ def sweep(
     _refuse_apart(choice)
     with opened_scenario(scenario, choice.stop_time, choice.step_size) as given:
         points = grid or {}, samples or {}, count, sampling, seed
-        wanted = Wanted(keep, keep_every, keep_points) if keep else None
+        wanted = _wanted(keep, keep_every, keep_points)
         made = _made(given, choice, points, (branch, along), measures, beginning, wanted)
     path = Path(output)
     with ExitStack() as stack:
@@ -136,6 +136,17 @@ def sweep(
             told = stack.enter_context(shown(progress, "sweeping"))
             _run(made, store, crew or stack.enter_context(begin()), path, told)
     return open_sweep(path)
+
+
+def _wanted(keep: Sequence[str], every: float | None, points: int) -> Wanted | None:
+    """Return what is to be kept over time, if anything is; a name alone is one of several."""
+    if keep:
+        return Wanted((keep,) if isinstance(keep, str) else tuple(keep), every, points)
+    if every is not None or points != POINTS:
+        raise InputError(
+            "times or points are given for series, and nothing to keep; expected --keep component.variable as well"
+        )
+    return None
 
 
 def _made(

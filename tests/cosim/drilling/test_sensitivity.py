@@ -193,6 +193,7 @@ def test_a_store_tells_how_its_samples_were_drawn(store: Path) -> None:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_indices_are_shown_drawn_and_written(tmp_path: Path) -> None:
     path, figure = tmp_path / "s.zarr", tmp_path / "s-indices.png"
     drawn = ["--sample", "plant.mu_sb=0.6:1", "--sample", "plant.c_b=1:120", "--sampling", "saltelli", "--count", "4"]

@@ -102,7 +102,7 @@ def test_of_a_coupled_system_its_own_steps_are_kept(tmp_path: Path) -> None:
     assert np.diff(found["time"].values) == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize("branch", ["rest", "down"])
+@pytest.mark.parametrize("branch", ["rest", pytest.param("down", marks=pytest.mark.slow)])
 def test_a_sweep_with_series_that_was_killed_ends_as_others_do(
     tmp_path: Path, whole: Path, branch: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -184,6 +184,15 @@ def test_rows_are_picked_by_their_times_and_a_row_that_is_missing_is_told() -> N
     assert rows.picked(times[:3], {"x": times[:3]}) == "the run has no row 0.20 s after it began"
 
 
+def test_rows_are_a_tenth_of_a_second_apart_or_as_the_steps_have_it() -> None:
+    for duration, step_size, every, last in (
+        (10.0, None, 0.1, 100), (0.05, None, 0.05, 1), (10.0, 0.01, 0.1, 100), (10.0, 0.03, 0.12, 83),
+        (10.0, 0.5, 0.5, 20), (0.055, 0.01, 0.05, 1),
+    ):  # fmt: skip
+        rows = rows_of(Wanted(["x"]), duration, step_size, continued=False)
+        assert (rows.every, rows.last) == (pytest.approx(every), last)
+
+
 @pytest.mark.parametrize(
     ("wanted", "step_size", "sentence"),
     [
@@ -215,6 +224,12 @@ def test_rows_that_cannot_be_had_are_refused(wanted: Wanted, step_size: float | 
             {"keep": ["plnt.bit_speed"]},
             "plnt.bit_speed is to be kept: there is no such component; did you mean 'plant'?",
         ),
+        (
+            {"keep_every": 0.5},
+            "times or points are given for series, and nothing to keep; expected --keep component.variable as well",
+        ),
+        ({"keep": "plant.bit_sped"}, "plant.bit_sped is to be kept, and DrillstringNeutral has no output of that name "
+         "that is a number; did you mean 'bit_speed'?"),
         ({"keep": KEEP, "keep_points": 0}, "series are to be kept at 0 points; expected one at least"),
         (
             {"keep": KEEP, "tolerance": 1e-6},

@@ -270,7 +270,9 @@ class _Figures:
                 drawn.line("x", "y", source=source, line_color="white", line_width=4.5)
                 drawn.line("x", "y", source=source, line_color=ink, line_width=2.2, line_dash=list(dash))
             dots = self._source(f"apart-{name}", "x", "y")
-            drawn.scatter("x", "y", source=dots, size=4, fill_color=_MARKS["apart"], line_color=None)
+            drawn.scatter(
+                "x", "y", source=dots, size=4, fill_color=_MARKS["apart"], line_color=None, name=f"dots-{name}"
+            )
             crosses = self._source(f"failed-{name}", "x", "y")
             drawn.scatter("x", "y", source=crosses, size=7, marker="x", line_color=_MARKS["failed"], line_width=1.5)
             rings = self._source(f"rings-{name}", "x", "y")

@@ -142,6 +142,9 @@
         const key = `${place}-${sweep}`;
         model(`colours-${key}`).setv({ low, high, palette });
         model(`cells-${key}`).data = { ...corners, value: drawn[sweep] };
+        // dots that leave the colour of their cells to be seen; what stands beside a map is 140 pixels wide, 60 high
+        const room = [(byId(`map-${key}`).clientWidth - 140) / width, (byId(`map-${key}`).clientHeight - 60) / places[ay].length];
+        model(`dots-${key}`).glyph.size = { value: Math.min(5, Math.max(1, 0.45 * Math.min(...room))) };
         model(`apart-${key}`).data = middle(less >= 0 ? [] : apart);
         const failed = new Set(group.failed[sweep].map((index) => Math.floor(index / each)));
         const lost = cells.flatMap((index, k) => (failed.has(index) && !Number.isFinite(drawn[sweep][k]) ? [k] : []));

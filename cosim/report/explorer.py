@@ -137,6 +137,7 @@ def _bands(time: FloatArray, rows: FloatArray, most: int) -> dict[str, Any] | No
 
 def _told(group: Mapping[str, Any], members: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what the template of the page needs of a group."""
+    bit = any(each["name"] == UNSTABLE for each in group["measures"])
     return {
         "title": members[0]["title"],
         "names": group["names"],
@@ -149,7 +150,8 @@ def _told(group: Mapping[str, Any], members: Sequence[Mapping[str, Any]]) -> dic
         "series": min(_PANELS, len(_signals(group))),
         "signals": len(_signals(group)),
         "places": [each["place"] for each in members],
-        "bistable": len(members) > 1 and any(each["name"] == UNSTABLE for each in group["measures"]),
+        "bit": bit,
+        "bistable": bit and len(members) > 1,
         "thinned": list(dict.fromkeys(text for each in members for text in each["thinned"])),
     }
 

@@ -106,6 +106,7 @@ SWEEPS = {
         "--keep",
         "plant.bit_speed",
     ],
+    "failing": ["--grid", "plant.I_B=311,1e-3", "--grid", "plant.WOB=2e4,1e5"],
     "packagings": ["--grid", "plant=DrillstringNeutral,DrillstringDistributed", "--grid", "plant.WOB=2e4,1e5"],
 }
 

@@ -262,6 +262,18 @@ def test_samples_are_a_distribution_and_a_probability_at_each_point(
     watched.done()
 
 
+def test_points_that_failed_are_crosses_and_have_their_reason(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    store = sweeps("failing")
+    watched = Watched(browser, write_report([store], tmp_path / "failing.html"))
+    crosses = "(({x, y}) => [Array.from(x), Array.from(y)])(Bokeh.documents[0].get_model_by_name('failed-0-0').data)"
+    assert watched.page.evaluate(crosses) == [[1e-3, 1e-3], [20, 100]]
+    reason = str(open_sweep(store)["message"].values[1, 0])
+    assert f"Failed: {reason}" in watched.page.locator("#sweep-0").inner_text()
+    watched.done()
+
+
 TRACE = "(({x, y}) => [Array.from(x), Array.from(y)])(Bokeh.documents[0].get_model_by_name('signal-0-0-0').data)"
 
 

@@ -143,6 +143,10 @@ class Dispatcher:
             reply = future.result()
         except (MemoryError, *self._crew.lost) as error:
             return error
+        except TypeError as error:
+            if not self._crew.is_torn(error):
+                raise
+            return error
         except (OSError, ImportError) as error:
             raise RunError(f"{self._crew.where} cannot work: {why(error)}") from error
         batch = self._flying.pop(future)

@@ -1,4 +1,7 @@
-"""What the files for people promise: targets that exist, links that lead somewhere, one version."""
+"""What the files for people promise: targets that exist, links that lead somewhere, one version.
+
+The commands on pages are examined by tests/docs.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.docs.commands import targets
+
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
-TELLERS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "docs" / "hardening.md", *WORKFLOWS]
 
 
 def without_code(text: str) -> str:
@@ -19,8 +23,8 @@ def without_code(text: str) -> str:
 
 
 def targets_named(text: str) -> set[str]:
-    """Find the targets of `make` commands: in backticks, at the start of a line of code, or in a workflow's step."""
-    return set(re.findall(r"(?m)(?:`|^|run: )make ([a-z][a-z-]*)(?=[`\s]|$)", text))
+    """Find the targets of `make` in the steps of a workflow."""
+    return set(re.findall(r"(?m)(?:^ *|run: )make ([a-z][a-z-]*)(?=\s|$)", text))
 
 
 def anchors(page: Path) -> set[str]:
@@ -29,13 +33,11 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("path", TELLERS, ids=lambda path: path.name)
-def test_every_make_target_told_of_exists(path: Path) -> None:
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_every_make_target_of_a_workflow_exists(path: Path) -> None:
     named = targets_named(path.read_text(encoding="utf-8"))
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    existing = set(re.findall(r"(?m)^([a-z][a-z-]*):", makefile))
     assert named, f"{path.name} names no target"
-    assert named <= existing, f"{path.name} names {sorted(named - existing)}, which the Makefile does not have"
+    assert named <= targets(), f"{path.name} names {sorted(named - targets())}, which the Makefile does not have"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
@@ -62,10 +64,3 @@ def test_the_citation_names_the_version_of_the_product() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert re.findall(r"(?m)^version: (\S+)$", citation) == [project["version"]]
     assert f"version = {{{project['version']}}}" in (ROOT / "docs" / "citing.md").read_text(encoding="utf-8")
-
-
-def test_the_requirements_that_commands_name_exist() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    named = set(re.findall(r"requirements/[a-z]+\.txt", text))
-    assert named
-    assert [name for name in sorted(named) if not (ROOT / name).is_file()] == []

@@ -62,7 +62,9 @@ def _margin(trial: Candidate, name: str) -> str:
 def explanations(tuned: Tuned) -> list[str]:
     """Say what the tables show, and what is to be known of them."""
     tuning, run = tuned.tuning, sum(1 for trial in tuned.trials if trial.scores)
-    said = [f"{len(tuned.trials)} candidates, {run} of them run under {len(tuning.league.conditions)} conditions"]
+    conditions = len(tuning.league.conditions)
+    under = "1 condition" if conditions == 1 else f"{conditions} conditions"
+    said = [f"{len(tuned.trials)} candidates, {run} of them run under {under}"]
     if not tuning.linear:
         said.append(f"the linear model does not know {tuning.model} with this drive: no margin was kept to")
     elif not tuned.before.kept:

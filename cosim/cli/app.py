@@ -17,6 +17,7 @@ from cosim.cli.arguments import (
     AlgorithmOption,
     CheckpointOption,
     EveryOption,
+    FoldsOption,
     MemoryLimitOption,
     OnFailureOption,
     PackagingOption,
@@ -200,12 +201,15 @@ def report(
     output: Annotated[Path, typer.Option(help="The .html file to write.")] = Path("report.html"),
     units: Annotated[str, typer.Option(help="si, or field: rpm, klbf, kft.lbf.")] = "si",
     title: Annotated[str, typer.Option(help="By default that of what was run.")] = "",
+    folds: FoldsOption = 5,
 ) -> None:
     """Write what was run and what came of it as one HTML file to send on: plots, system, verdicts, commands."""
     from cosim.cli.reports import write_report
 
     with sentences():
-        target = write_report(folders, output, units=units, title=title)
+        with progress_bar() as bar:
+            follow = bar.one_task("following cycles", at_once=False)
+            target = write_report(folders, output, units=units, title=title, folds=folds, progress=follow)
         new_console().print(Text(f"wrote {target}"), soft_wrap=True)
 
 

@@ -68,6 +68,13 @@ EveryOption = Annotated[
 CheckpointOption = Annotated[
     float | None, typer.Option(min=0.0, help="With --stream: seconds between checkpoints, by default 30.")
 ]
+FoldsOption = Annotated[
+    int,
+    typer.Option(
+        min=0,
+        help="At how many weights to look for the end of the cycles, over maps of a string; each takes ten seconds.",
+    ),
+]
 GridOption = Annotated[
     list[str] | None,
     typer.Option(

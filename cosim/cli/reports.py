@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from cosim.drilling import severity_map
 from cosim.errors import InputError
 from cosim.league import table, told
-from cosim.report import maps, runs
+from cosim.progress import Progress
+from cosim.report import explorer, runs
 from cosim.report.page import write_page
 from cosim.run.report import MANIFEST
 from cosim.sweeps import told as sweep_pages
@@ -16,10 +19,10 @@ from cosim.sweeps.reading import MARK
 from cosim.system.field_units import shown_in
 
 
-def _sweeps(folders: Sequence[Path], units: str) -> dict[str, Any]:
+def _sweeps(folders: Sequence[Path], units: str, *, folds: int = 0, progress: Progress | None = None) -> dict[str, Any]:
     """Return what the page of some sweeps shows."""
     content = sweep_pages.gather(folders, units)
-    return {**content, "drawn": maps.drawn(content["maps"])}
+    return {**content, **explorer.explored(content["sweeps"], units, folds, progress)}
 
 
 _KINDS: dict[str, tuple[str, str, Callable[[Sequence[Path], str], dict[str, Any]]]] = {
@@ -30,7 +33,15 @@ _KINDS: dict[str, tuple[str, str, Callable[[Sequence[Path], str], dict[str, Any]
 """By kind of folder: the file that makes it one, the template of its page, and what gathers what that shows."""
 
 
-def write_report(folders: Sequence[str | Path], output: str | Path, *, units: str = "si", title: str = "") -> Path:
+def write_report(
+    folders: Sequence[str | Path],
+    output: str | Path,
+    *,
+    units: str = "si",
+    title: str = "",
+    folds: int = severity_map.FOLDS,
+    progress: Progress | None = None,
+) -> Path:
     """Write a report of what some folders hold, which replaces a file that is there when it is complete.
 
     Parameters
@@ -43,6 +54,11 @@ def write_report(folders: Sequence[str | Path], output: str | Path, *, units: st
         ``"si"`` or ``"field"``: see `cosim.system.field_units.shown_in`.
     title : str, optional
         By default that of what is reported.
+    folds : int
+        At how many weights on bit to look for the end of the cycles, which is drawn over maps of a string over drive
+        speed and weight; each takes seconds, and 0 does without.
+    progress : callable, optional
+        Called while cycles are followed, with what is done and which part of all.
 
     Returns
     -------
@@ -58,7 +74,10 @@ def write_report(folders: Sequence[str | Path], output: str | Path, *, units: st
     """
     shown_in("", units)
     places = [Path(folder) for folder in folders]
-    _, template, gather = _KINDS[_kind(places)]
+    kind = _kind(places)
+    _, template, gather = _KINDS[kind]
+    if kind == "sweep":
+        gather = partial(_sweeps, folds=folds, progress=progress)
     path = Path(output)
     write_page(path, template, gather(places, units), title)
     return path

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from cosim.cli.arguments import (
     AlgorithmOption,
+    FoldsOption,
     GridOption,
     PackagingOption,
     ParametersOption,
@@ -158,10 +159,7 @@ def draw_map(
     ] = "",
     minus: Annotated[Path | None, typer.Option(help="A store that is subtracted from the others.")] = None,
     units: Annotated[str, typer.Option(help="Units to show: metric (rpm, kN), field (rpm, klbf) or si.")] = "metric",
-    folds: Annotated[
-        int,
-        typer.Option(min=0, help="At how many weights to look for the end of the cycles; each takes ten seconds."),
-    ] = 5,
+    folds: FoldsOption = 5,
     output: Annotated[
         Path | None, typer.Option(help="The .png file to write; by default named like the first store.")
     ] = None,

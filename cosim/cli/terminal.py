@@ -122,13 +122,13 @@ class Bar:
         self._check()
         self._bars.update(self._tasks[label], completed=part)
 
-    def one_task(self, title: str) -> Callable[[str, float], None]:
+    def one_task(self, title: str, *, at_once: bool = True) -> Callable[[str, float], None]:
         """Begin a bar for all of a task; what is returned takes what has been done last, and which part is done."""
-        task = self._bars.add_task(title, total=1.0)
+        task = self._bars.add_task(title, total=1.0, visible=at_once)
 
         def update(done: str, part: float) -> None:
             self._check()
-            self._bars.update(task, description=f"{title}: {done}", completed=part)
+            self._bars.update(task, description=f"{title}: {done}", completed=part, visible=True)
 
         return update
 

@@ -2,26 +2,31 @@
 
 The folder is called `models`, as many a project's is. So an installation, editable or not, knows it as `cosim.models`
 alone (setup.py); a type checker, which reads folders, knows it as `models`. This is the one place that bridges the two.
+
+What takes long shows how far it is, as `cosim.progress` does: `progress` is what is called, or True or False.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any
 
 from cosim.errors import require
+from cosim.progress import Progress, shown
 
 if TYPE_CHECKING:
     from models.controllers.laws import DissipativeLaw
     from models.controllers.speed_pid import PidGains, stiff, tuned
     from models.controllers.virtual_drive import Gains, TopOfString, VirtualDrive, absorber, soft_torque
     from models.plant.parameters import DrillstringParameters
-    from models.theory.cycle.bistability import Bistability, bistable_omegas
-    from models.theory.cycle.continuation import BranchPoint, input_of
+    from models.theory.cycle.bistability import Bistability, bistable_omegas, bistable_wobs
+    from models.theory.cycle.continuation import BranchPoint, branch_from, input_of
     from models.theory.cycle.cycle import peak_speed
     from models.theory.lawful_energy import TopMotion, lawful_angle, lawful_work
     from models.theory.loop_set import PrintedLoop
     from models.theory.numerics.arrays import BoolArray
-    from models.theory.stability.chart import StabilityChart, stability_boundary
+    from models.theory.stability.chart import StabilityChart, stability_boundary, stability_chart
     from models.theory.stability.driven_top import Follower, RotorTop, VirtualTop, greatest_reflection, modal_damping
     from models.theory.stability.equilibrium import equilibria, running_equilibrium
     from models.theory.stability.torque_curve import TorqueCurve
@@ -45,6 +50,8 @@ _HOMES = {
     "VirtualTop": "theory.stability.driven_top",
     "absorber": "controllers.virtual_drive",
     "bistable_omegas": "theory.cycle.bistability",
+    "bistable_wobs": "theory.cycle.bistability",
+    "branch_from": "theory.cycle.continuation",
     "equilibria": "theory.stability.equilibrium",
     "greatest_reflection": "theory.stability.driven_top",
     "input_of": "theory.cycle.continuation",
@@ -55,6 +62,7 @@ _HOMES = {
     "running_equilibrium": "theory.stability.equilibrium",
     "soft_torque": "controllers.virtual_drive",
     "stability_boundary": "theory.stability.chart",
+    "stability_chart": "theory.stability.chart",
     "stiff": "controllers.speed_pid",
     "tuned": "controllers.speed_pid",
 }
@@ -78,6 +86,8 @@ __all__ = [
     "VirtualTop",
     "absorber",
     "bistable_omegas",
+    "bistable_wobs",
+    "branch_from",
     "equilibria",
     "greatest_reflection",
     "input_of",
@@ -88,9 +98,19 @@ __all__ = [
     "running_equilibrium",
     "soft_torque",
     "stability_boundary",
+    "stability_chart",
     "stiff",
     "tuned",
 ]
+
+
+_SLOW = {
+    "bistable_omegas": "following cycles",
+    "bistable_wobs": "following cycles",
+    "branch_from": "following cycles",
+    "stability_chart": "charting stability",
+}
+"""What takes long, and what it does meanwhile."""
 
 
 def __getattr__(name: str) -> object:
@@ -98,4 +118,16 @@ def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module = require(f"cosim.models.{_HOMES[name]}", extra="theory", purpose=f"{name} of the theory")
-    return getattr(module, name)
+    found: object = getattr(module, name)
+    return _watched(found, _SLOW[name]) if name in _SLOW and callable(found) else found
+
+
+def _watched(function: Callable[..., Any], title: str) -> Callable[..., Any]:
+    """Return a function that shows how far it is."""
+
+    @wraps(function)
+    def call(*arguments: Any, progress: Progress | bool | None = None, **keywords: Any) -> Any:
+        with shown(progress, title) as told:
+            return function(*arguments, **keywords, **({} if told is None else {"progress": told}))
+
+    return call

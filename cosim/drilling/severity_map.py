@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from cosim.drilling.severity import QUANTITIES, SWING
 from cosim.errors import InputError, MissingPackageError, suggestion
+from cosim.progress import Progress, shown
 from cosim.recording.figure import blank_figure, save_figure
 from cosim.system.field_units import shown_in
 from cosim.system.signals import FloatArray
@@ -97,6 +98,26 @@ class Map:
         return replace(self, values=values, failed=failed, text=text)
 
 
+@dataclass(frozen=True)
+class TheoryLine:
+    """A line of theory over drive speed and weight on bit.
+
+    Attributes
+    ----------
+    text : str
+        What it is.
+    kind : str
+        ``"threshold"`` or ``"fold"``.
+    speeds, weights : ndarray, shape (n,)
+        Drive speeds [rad/s] over weights on bit [N]; NaN where there is none.
+    """
+
+    text: str
+    kind: str
+    speeds: FloatArray
+    weights: FloatArray
+
+
 def read_map(dataset: Any, quantity: str | None = None) -> Map:
     """Take a map from what a sweep has kept.
 
@@ -148,8 +169,56 @@ def read_map(dataset: Any, quantity: str | None = None) -> Map:
         values=values,
         failed=failed,
         unstable=unstable,
-        string=_string(record, x_name, y_name),
+        string=_string(record, x_name, y_name, _fixed(dataset)),
     )
+
+
+def planes(dataset: Any) -> Generator[tuple[dict[str, int], Map]]:
+    """Go through the planes over a string's speed and weight in a sweep over any number of axes.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `cosim.sweep` or `cosim.open_sweep`.
+
+    Yields
+    ------
+    dict of str to int, Map
+        The place of a plane on the other axes, and its map; nothing where no string alone is swept over both.
+    """
+    over = [str(name) for name in dataset["failed"].dims if name != _SAMPLE]
+    plane = [name for name in over if name.endswith((".Omega", ".WOB"))]
+    if len(plane) != 2:
+        return
+    others = [name for name in over if name not in plane]
+    quantity = None if "ssi" in dataset or _SAMPLE in dataset.dims else str(next(iter(dataset.data_vars)))
+    for place in np.ndindex(*(dataset.sizes[name] for name in others)):
+        at = dict(zip(others, place, strict=True))
+        found = read_map(dataset.isel(at), quantity)
+        if found.string is not None:
+            yield at, found
+
+
+def instability(dataset: Any) -> FloatArray | None:
+    """Return where a sweep is unstable, over the dimensions of ``failed``.
+
+    Returns
+    -------
+    ndarray or None
+        1 where the bit speed swings by more than `cosim.drilling.severity.SWING`, or the bit stands still; 0 where it
+        does not; NaN where a run has failed or is not done. None where nothing swept has a bit.
+    """
+    if "bit_speed_max" not in dataset or "bit_speed_min" not in dataset:
+        return None
+    order = dataset["failed"].dims
+    names = [name for name in ("failed", "bit_speed_max", "bit_speed_min", "stuck_fraction") if name in dataset]
+    kept = {name: np.asarray(dataset[name].transpose(*order).values) for name in names}
+    return np.where(kept["failed"] == 0, unstable_points(kept), np.nan)
+
+
+def _fixed(dataset: Any) -> dict[str, Any]:
+    """Return what a plane of a sweep over more axes is at on the others."""
+    return {str(name): each.values.item() for name, each in dataset.coords.items() if each.ndim == 0}
 
 
 def unstable_points(kept: Mapping[str, NDArray[Any]]) -> BoolArray:
@@ -167,25 +236,29 @@ def _probability(unstable: BoolArray, failed: FloatArray) -> FloatArray:
     return np.where(count > 0, (unstable & whole).sum(axis=0) / np.maximum(count, 1), np.nan)
 
 
-def _string(record: Mapping[str, Any], x_name: str, y_name: str) -> DrillstringParameters | None:
+def _string(
+    record: Mapping[str, Any], x_name: str, y_name: str, fixed: Mapping[str, Any]
+) -> DrillstringParameters | None:
     """Return the string of a sweep over its speed and weight, if theory knows it and nothing is coupled to it."""
     component, _, speed = x_name.partition(".")
     known = record["components"].get(component, {})
-    alone = len(record["components"]) == 1 and known.get("model") == _STRING
+    alone = len(record["components"]) == 1 and known.get("model") == _STRING and component not in fixed
     if not alone or speed != "Omega" or y_name != f"{component}.WOB":
         return None
     try:
         from cosim.drilling.mathematics import DrillstringParameters
 
         names = {each.name for each in fields(DrillstringParameters)}
-        return DrillstringParameters(**{name: v for name, v in known["parameters"].items() if name in names})
+        own = {name.partition(".")[2]: v for name, v in fixed.items() if name.startswith(f"{component}.")}
+        given = {**known["parameters"], **own}
+        return DrillstringParameters(**{name: v for name, v in given.items() if name in names})
     except MissingPackageError as error:
         log.warning("the lines of theory are not drawn: %s", error)
         return None
 
 
 def find_folds(
-    found: Map, count: int = FOLDS, progress: Callable[[str, float], None] | None = None
+    found: Map, count: int = FOLDS, progress: Progress | bool | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Return drive speeds [rad/s] up to which there are cycles, and the weights on bit [N] they belong to.
 
@@ -195,26 +268,62 @@ def find_folds(
         Of a string alone.
     count : int
         At how many weights to look; each takes seconds. There may be none at some.
-    progress : callable, optional
-        Called at each weight.
+    progress : callable or bool, optional
+        Called at each cycle that is found; True: a bar is shown, False: none. By default there is one in notebooks.
     """
+    with shown(progress, "following cycles") as told:
+        return _folds(found, count, told)
+
+
+def _folds(found: Map, count: int, told: Progress | None) -> tuple[FloatArray, FloatArray]:
+    """Find the folds, and tell how far it is."""
     from cosim.drilling.mathematics import bistable_omegas
 
     speeds: list[float] = []
     weights: list[float] = []
     places: FloatArray = np.linspace(float(found.y[0]), float(found.y[-1]), count if found.string is not None else 0)
-    for number, weight in enumerate(places.tolist(), 1):
+    for number, weight in enumerate(places.tolist()):
+
+        def tell(done: str, part: float, number: int = number) -> None:
+            if told is not None:
+                told(f"weight {number + 1} of {count}" + (f", {done}" if done else ""), (number + part) / count)
+
         try:
             if weight > 0.0 and found.string is not None:
-                speeds.append(bistable_omegas(found.string, weight).fold)
+                speeds.append(bistable_omegas(found.string, weight, progress=tell).fold)
                 weights.append(weight)
                 if speeds[-1] > found.x[-1]:  # and so are those of greater weights
                     break
         except (ArithmeticError, ValueError) as error:
             log.info("no fold of the cycles at WOB = %g N: %s", weight, error)
-        if progress is not None:
-            progress(f"{number} of {count} weights", number / count)
+        tell("", 1.0)
     return np.array(speeds), np.array(weights)
+
+
+def theory_lines(found: Map, folds: tuple[FloatArray, FloatArray] | None = None) -> list[TheoryLine]:
+    """Return where steady rotation loses its stability, and up to where there are cycles.
+
+    Parameters
+    ----------
+    found : Map
+        Of anything; there are lines of a string alone.
+    folds : (ndarray, ndarray), optional
+        From `find_folds`.
+    """
+    if found.string is None:
+        return []
+    from cosim.drilling.mathematics import stability_boundary
+
+    weights: FloatArray = np.linspace(max(float(found.y[0]), 1.0), float(found.y[-1]), 200)
+    try:
+        speeds = stability_boundary(found.string, weights)
+    except (ArithmeticError, ValueError) as error:
+        log.info("no threshold: %s", error)
+        speeds = np.full(weights.size, np.nan)
+    lines = [TheoryLine("rotation loses its stability (spectrum)", "threshold", speeds, weights)]
+    if folds is not None and folds[0].size:
+        lines.append(TheoryLine("end of the cycles (fold)", "fold", *folds))
+    return lines
 
 
 def bistable(maps: Sequence[Map]) -> BoolArray:
@@ -266,11 +375,11 @@ def _compose(maps: Sequence[Map], units: str, folds: tuple[FloatArray, FloatArra
     panels = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
     first = maps[0]
     unit, factor = shown_in(first.unit, units)
-    limits = _limits([each.values * factor for each in maps], first.quantity, difference)
+    ends = limits([each.values * factor for each in maps], first.quantity, difference)
     apart = bistable(maps) if len(maps) > 1 and not difference else None
     shading = None
     for number, (panel, each) in enumerate(zip(panels, maps, strict=True)):
-        shading = _draw(panel, each, factor, units, limits, difference)
+        shading = _draw(panel, each, factor, units, ends, difference)
         _draw_lines(panel, each, units, folds)
         if apart is not None:
             _mark(panel, each, apart, units)
@@ -293,7 +402,7 @@ def _label(name: str, unit: str, units: str) -> str:
     return f"{_NAMES.get(variable, name)} [{shown}]" if shown else _NAMES.get(variable, name)
 
 
-def _limits(values: Sequence[FloatArray], quantity: str, difference: bool) -> tuple[float, float]:
+def limits(values: Sequence[FloatArray], quantity: str, difference: bool) -> tuple[float, float]:
     """Return the ends of the colours; of an index that knows no bounds, they are those that matter."""
     finite = np.concatenate([each[np.isfinite(each)] for each in values])
     if not finite.size:
@@ -308,7 +417,7 @@ def _limits(values: Sequence[FloatArray], quantity: str, difference: bool) -> tu
     return min(0.0, float(finite.min())), float(finite.max()) or 1.0
 
 
-def _draw(panel: Any, each: Map, factor: float, units: str, limits: tuple[float, float], difference: bool) -> Any:
+def _draw(panel: Any, each: Map, factor: float, units: str, ends: tuple[float, float], difference: bool) -> Any:
     """Draw the number as colours, where the bit stands still grey, and failed runs as crosses."""
     x, y = each.x * shown_in(each.x_unit, units)[1], each.y * shown_in(each.y_unit, units)[1]
     values = each.values * factor
@@ -319,7 +428,7 @@ def _draw(panel: Any, each: Map, factor: float, units: str, limits: tuple[float,
         grey = np.where(still, 1.0, np.nan)
         panel.pcolormesh(x, y, grey, cmap="Greys", vmin=0.0, vmax=2.0, shading="nearest")
     finite = np.where(still, np.nan, values)
-    shading = panel.pcolormesh(x, y, finite, cmap=colours, vmin=limits[0], vmax=limits[1], shading="nearest")
+    shading = panel.pcolormesh(x, y, finite, cmap=colours, vmin=ends[0], vmax=ends[1], shading="nearest")
     if each.failed.any():
         rows, columns = np.nonzero(each.failed)
         panel.plot(x[columns], y[rows], "x", color="#c00000", markersize=4, label="failed")
@@ -337,20 +446,18 @@ def _ends(values: FloatArray) -> tuple[float, float]:
     return float(1.5 * values[0] - 0.5 * values[1]), float(1.5 * values[-1] - 0.5 * values[-2])
 
 
-def _draw_lines(panel: Any, each: Map, units: str, folds: tuple[FloatArray, FloatArray] | None) -> None:
-    """Draw where steady rotation loses its stability, and up to where there are cycles."""
-    if each.string is None:
-        return
-    from cosim.drilling.mathematics import stability_boundary
+_LINES = {"threshold": ("-", "#0b5394"), "fold": ("--", "#2f6f4f")}
 
+
+def _draw_lines(panel: Any, each: Map, units: str, folds: tuple[FloatArray, FloatArray] | None) -> None:
+    """Draw what theory says."""
     x_factor, y_factor = shown_in(each.x_unit, units)[1], shown_in(each.y_unit, units)[1]
-    weights: FloatArray = np.linspace(max(float(each.y[0]), 1.0), float(each.y[-1]), 200)
-    speeds = stability_boundary(each.string, weights)
-    for width, colour, label in ((3.2, "white", None), (1.6, "#0b5394", "rotation loses its stability (spectrum)")):
-        panel.plot(speeds * x_factor, weights * y_factor, color=colour, linewidth=width, label=label)
-    if folds is not None and folds[0].size:
-        for width, colour, label in ((3.2, "white", None), (1.6, "#2f6f4f", "end of the cycles (fold)")):
-            panel.plot(folds[0] * x_factor, folds[1] * y_factor, "--", color=colour, linewidth=width, label=label)
+    for line in theory_lines(each, folds):
+        dash, ink = _LINES[line.kind]
+        for width, colour, label in ((3.2, "white", None), (1.6, ink, line.text)):
+            panel.plot(
+                line.speeds * x_factor, line.weights * y_factor, dash, color=colour, linewidth=width, label=label
+            )
 
 
 def _mark(panel: Any, each: Map, apart: BoolArray, units: str) -> None:

@@ -14,8 +14,8 @@ from cosim.errors import OutputError, printable
 from cosim.files import replace_file, why
 from cosim.league.playing import Limit, Standings
 from cosim.league.score import COLUMNS, Score
+from cosim.provenance import commit, versions
 from cosim.recording.figure import blank_figure, save_figure
-from cosim.run.report import commit, versions
 
 SCORES, LIMITS, FIGURE, ABOUT = "scores.csv", "limits.csv", "league.png", "league.json"
 _FREE, _STUCK = "#dcebd9", "#f3d6cd"

@@ -66,7 +66,8 @@ def page(template: str, content: Mapping[str, Any], title: str = "") -> str:
         finalize=_harmless,
     )
     markup = require("markupsafe", extra="report", purpose="a report").Markup
-    scripts = [] if drawn is None else [script(), _own(Path(template).with_suffix(".js").name)]
+    own = (_own("page.js"), _own(Path(template).with_suffix(".js").name)) if drawn is not None else ()
+    scripts = [] if drawn is None else [script(), "".join(own)]
     return environment.get_template(template).render(
         {**content, "title": title or content["title"]},
         style=markup(_own("page.css")),

@@ -16,9 +16,10 @@ from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
 from cosim.master.co_simulation import Master
 from cosim.master.slave import Slave
+from cosim.provenance import versions
 from cosim.run.function import FunctionSlave, describe_functions, functions_of, with_functions
 from cosim.run.options import RunOptions
-from cosim.run.report import CouplingReport, RunReport, versions
+from cosim.run.report import CouplingReport, RunReport
 from cosim.scenario.scenario import Scenario, Variant
 from cosim.system.compatibility import check_system, read_written, start_values
 from cosim.system.description import Description, Variable

@@ -9,25 +9,19 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
-import platform
-import subprocess
-import tomllib
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
 from datetime import UTC, datetime
-from functools import cache
-from importlib import metadata
 from pathlib import Path, PurePosixPath
 from typing import Any, NotRequired, TypeVar, cast
 
-import numpy as np
 from typing_extensions import TypedDict  # as pydantic wants it before Python 3.12
 
 from cosim.drilling.reporting import Findings, find
 from cosim.errors import OutputError
 from cosim.files import read_file, replace_file, why
+from cosim.provenance import commit, versions
 from cosim.recording.result import Result
 from cosim.scenario.scenario import Scenario
 
@@ -454,61 +448,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return repr(value)
     return value
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of what computes, and the platform."""
-    import fmpy  # pyright: ignore[reportMissingTypeStubs]
-
-    return {
-        "drillstring-cosim": metadata.version("drillstring-cosim"),
-        "fmpy": fmpy.__version__,
-        "numpy": np.__version__,
-        "python": platform.python_version(),
-        "platform": fmpy.platform_tuple,
-    }
-
-
-PACKAGE = Path(__file__).resolve().parents[1]
-_PROJECT = "drillstring-cosim"
-_PATIENCE = 10.0
-
-
-@cache
-def commit(package: Path = PACKAGE) -> str | None:
-    """Return the full hash, with ``-dirty`` if tracked files differ from it; None if nobody knows.
-
-    Parameters
-    ----------
-    package : Path
-        The folder of this package.
-    """
-    checkout = package.parent
-    if _is_checkout(checkout):
-        return _described(checkout)
-    try:
-        return (package / "built" / "commit.txt").read_text(encoding="utf-8").strip() or None
-    except (OSError, UnicodeDecodeError):
-        return None
-
-
-def _is_checkout(folder: Path) -> bool:
-    """Tell whether a folder is the top of a repository of this project, not of one that has it installed within."""
-    try:
-        project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]["name"]
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError):
-        return False
-    return project == _PROJECT and (folder / ".git").exists()
-
-
-def _described(folder: Path) -> str | None:
-    """Ask git, whatever repository the environment speaks of, as it does in a hook."""
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
-    command = ["git", "-C", str(folder), "describe", "--always", "--abbrev=40", "--exclude=*", "--dirty"]
-    try:
-        done = subprocess.run(
-            command, env=environment, check=True, capture_output=True, text=True, errors="replace", timeout=_PATIENCE
-        )
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return done.stdout.strip() or None

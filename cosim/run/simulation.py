@@ -8,6 +8,7 @@ from typing import Unpack
 
 from cosim.master.co_simulation import collect_rows
 from cosim.master.run import Progress
+from cosim.progress import part_shown
 from cosim.recording.result import Result
 from cosim.run.assembly import assembled
 from cosim.run.options import OptionKeywords, RunOptions, chosen
@@ -19,7 +20,7 @@ def simulate(
     scenario: Scenario | str | Path,
     *,
     options: RunOptions | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     **keywords: Unpack[OptionKeywords],
 ) -> Result:
     """Run one variant of a scenario.
@@ -30,8 +31,9 @@ def simulate(
         From `cosim.load_scenario`, or made in Python; or the name of one, or the path of a .toml or .ssp file.
     options : RunOptions, optional
         How to run it.
-    progress : callable, optional
-        Called now and then with the part of the run that is done, from 0 to 1.
+    progress : callable or bool, optional
+        Called now and then with the part of the run that is done, from 0 to 1; True: a bar is shown, False: none. By
+        default there is one in notebooks and in IPython, after two seconds.
     packaging : str
         ``"native"`` or ``"python"``: which build of the FMUs that are given by name.
     algorithm : str, optional
@@ -72,8 +74,11 @@ def simulate(
         If a component fails on the way.
     """
     choice = chosen(options, keywords)
-    with opened_scenario(scenario, choice.stop_time, choice.step_size) as opened:
-        return run(opened, choice, progress)
+    with (
+        opened_scenario(scenario, choice.stop_time, choice.step_size) as opened,
+        part_shown(progress, f"simulating {opened.name}") as told,
+    ):
+        return run(opened, choice, told)
 
 
 def run(scenario: Scenario, options: RunOptions, progress: Progress | None = None) -> Result:

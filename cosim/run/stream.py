@@ -31,6 +31,7 @@ from cosim.drilling import reporting
 from cosim.errors import CheckpointError, CosimError, OutputError, RunInterruptedError
 from cosim.files import refuse_links, why
 from cosim.master.run import Progress, Snapshot
+from cosim.progress import part_shown
 from cosim.recording.result import Result, Rows, Tail, kept_result
 from cosim.run.assembly import Assembly, assembled
 from cosim.run.checkpoint import CHECKPOINT, Checkpoint, checkpoint_of, snapshot_of, write_checkpoint
@@ -57,7 +58,7 @@ def stream(
     csv: bool = False,
     checkpoint_interval: float = INTERVAL,
     resume: bool = False,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     options: RunOptions | None = None,
     **keywords: Unpack[OptionKeywords],
 ) -> Result:
@@ -82,8 +83,9 @@ def stream(
     resume : bool
         Go on with the unfinished run in the folder, with the same scenario and options; `every` and `csv` are as they
         were. The results have the same bits as those of an uninterrupted run.
-    progress : callable, optional
-        Called now and then with the part of the run that is done, from 0 to 1.
+    progress : callable or bool, optional
+        Called now and then with the part of the run that is done, from 0 to 1; True: a bar is shown, False: none. By
+        default there is one in notebooks and in IPython, after two seconds.
     options : RunOptions, optional
         How to run it.
     **keywords
@@ -107,8 +109,11 @@ def stream(
     """
     streaming = Streaming(every or {}, csv, checkpoint_interval)
     choice = chosen(options, keywords)
-    with opened_scenario(scenario, choice.stop_time, choice.step_size) as opened:
-        result = run_streamed(opened, choice, streaming, Path(folder), resume=resume, progress=progress)
+    with (
+        opened_scenario(scenario, choice.stop_time, choice.step_size) as opened,
+        part_shown(progress, f"streaming {opened.name}") as told,
+    ):
+        result = run_streamed(opened, choice, streaming, Path(folder), resume=resume, progress=told)
     forget(Path(folder))
     return result
 

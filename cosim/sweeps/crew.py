@@ -17,7 +17,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from cosim.errors import InputError, require
-from cosim.run.report import versions
+from cosim.provenance import versions
 from cosim.sweeps.work import BatchReply
 
 PATIENCE = 10.0

@@ -17,10 +17,10 @@ from typing import Any, cast
 
 from cosim.errors import InputError, SystemDefinitionError, format_time
 from cosim.fmi2.locate import locate_fmu
+from cosim.provenance import commit, versions
 from cosim.run.assembly import described, record_components
 from cosim.run.function import functions_of
 from cosim.run.options import RunOptions
-from cosim.run.report import commit, versions
 from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import Axis, Design
 from cosim.sweeps.measures import Beginning, MeasureSet, Quantity

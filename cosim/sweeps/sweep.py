@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from cosim.errors import InputError, SweepInterruptedError
+from cosim.progress import Progress, shown
 from cosim.run.options import OptionKeywords, RunOptions, chosen
 from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
@@ -25,9 +26,6 @@ if TYPE_CHECKING:
     from cosim.sweeps.plan import Opened, Sweep
     from cosim.sweeps.store import SweepStore
     from cosim.sweeps.work import Done
-
-Progress = Callable[[str, float], None]
-"""Takes how far it is, in words, and which part of all is done, from 0 to 1."""
 
 _FLUSH = 10.0
 """Seconds after which what is done is written for readers, though its regions are not complete."""
@@ -52,7 +50,7 @@ def sweep(
     workers: int = 0,
     scheduler: str | None = None,
     executor: tuple[Executor, int] | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     options: RunOptions | None = None,
     **keywords: Unpack[OptionKeywords],
 ) -> Any:
@@ -99,8 +97,9 @@ def sweep(
         Address of a Dask scheduler, whose workers are used instead.
     executor : (Executor, int), optional
         Any other executor, and how many it runs at once.
-    progress : callable, optional
-        Called several times a second.
+    progress : callable or bool, optional
+        Called several times a second with how far it is, in words, and the part that is done; True: a bar is shown,
+        False: none. By default there is one in notebooks and in IPython, after two seconds.
     options : RunOptions, optional
         How to run each point; and so other keywords, as of `cosim.simulate`: Python functions as components among
         them, as far as `pickle` can send them to workers. What is for single runs is refused: `isolate` and `limits`.
@@ -134,7 +133,8 @@ def sweep(
         crew = None if path.exists() else stack.enter_context(begin())  # who starts while a store is begun
         store = stack.enter_context(opened_store(path, made))
         if store.done < made.design.points:
-            _run(made, store, crew or stack.enter_context(begin()), path, progress)
+            told = stack.enter_context(shown(progress, "sweeping"))
+            _run(made, store, crew or stack.enter_context(begin()), path, told)
     return open_sweep(path)
 
 

@@ -129,6 +129,7 @@ class Session:
         )
         command = ["bash", "-e", "-u", "-o", "pipefail", "-c", trap + script]
         options = {"cwd": self.folder, "env": self.environment, "text": True, "start_new_session": True}
+        options |= {"preexec_fn": _heed_interrupts} if block.told.interrupted_once else {}
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **options) as process:
             awaited = block.told.interrupted_once
             if awaited is not None:
@@ -200,6 +201,11 @@ def lay_out(page: Page, folder: Path) -> None:
     for name, sign in SOURCES.items():
         if sign in code:
             (folder / name).symlink_to(ROOT / name)
+
+
+def _heed_interrupts() -> None:
+    """Let Ctrl-C end what comes, though the tests may have been started in the background, where it is ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _replaced(block: Block, text: str) -> str:

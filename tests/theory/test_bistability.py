@@ -26,7 +26,19 @@ pytestmark = pytest.mark.slow
 
 @cache
 def over_omega() -> Bistability:
-    return bistable_omegas(PAPER, NOMINAL)
+    return bistable_omegas(PAPER, NOMINAL, lambda done, part: told.append((done, part)))
+
+
+told: list[tuple[str, float]] = []
+
+
+def test_progress_grows_with_every_cycle_that_is_found() -> None:
+    found = over_omega()
+    parts = [part for _, part in told]
+    assert parts == sorted(parts)
+    assert 0.0 < parts[0] < parts[-1] < 1.0
+    assert len(told) >= len(found.points) - 2
+    assert told[0][0].startswith("2 cycles, Omega = 8.3")
 
 
 @cache

@@ -27,7 +27,7 @@ from cosim.league.tuning.gains import Gain, free_gains
 from cosim.league.tuning.journal import EvaluationLog, Key, key_of, opened_journal
 from cosim.league.tuning.linear import LinearModel, Margin, by_formula, settings
 from cosim.league.tuning.severity import overall
-from cosim.run.report import versions
+from cosim.provenance import versions
 from cosim.system.signals import FloatArray, Value
 
 BUDGET, REFLECTION, DAMPING = 150, 1.0, 0.0

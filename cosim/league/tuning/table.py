@@ -16,8 +16,8 @@ from cosim.league.table import cell
 from cosim.league.tuning.gains import Gain
 from cosim.league.tuning.search import Candidate, Tuned
 from cosim.league.tuning.severity import severity
+from cosim.provenance import commit
 from cosim.recording.figure import blank_figure, save_figure
-from cosim.run.report import commit
 from cosim.scenario.parameters import write_toml
 
 PARAMETERS, CANDIDATES, FIGURE = "parameters.toml", "candidates.csv", "tuning.png"

@@ -6,12 +6,14 @@ its least speed falls until it is zero, where the bit begins to stick; from ther
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
 
 from ...plant.parameters import DrillstringParameters
+from ..numerics.progress import Progress, silent
 from ..stability.spectrum import CriticalPoint, critical_point, critical_wob
 from .continuation import STEP, TOLERANCE, BranchPoint, branch_point, fold_between, followed, input_of, input_unit
 from .cycle import LONGEST, broken_law
@@ -26,6 +28,8 @@ LAST_DIP = 0.03
 FIRST_REST = 0.08
 """Rest of the bit in the first cycle in which it has one, in travel times."""
 LONGEST_STEP = 0.8
+USUAL = 10
+"""About as many cycles in which the bit sticks are found before the fold, to guess how far it is."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +61,10 @@ class Bistability:
     points: tuple[BranchPoint, ...]
 
 
-def bistable_omegas(parameters: DrillstringParameters, wob: float) -> Bistability:
+def bistable_omegas(parameters: DrillstringParameters, wob: float, progress: Progress = silent) -> Bistability:
     """Return between which drive speeds steady rotation and stick-slip are both stable at a weight on bit [N].
+
+    It takes ten seconds to minutes; `progress` is called at each cycle that is found.
 
     Raises
     ------
@@ -68,18 +74,20 @@ def bistable_omegas(parameters: DrillstringParameters, wob: float) -> Bistabilit
     ArithmeticError
         The cycles cannot be followed to their fold.
     """
-    return _bistability(parameters, critical_point(parameters, wob), "Omega")
+    return _bistability(parameters, critical_point(parameters, wob), "Omega", progress)
 
 
-def bistable_wobs(parameters: DrillstringParameters, omega: float) -> Bistability:
+def bistable_wobs(parameters: DrillstringParameters, omega: float, progress: Progress = silent) -> Bistability:
     """Return between which weights on bit steady rotation and stick-slip are both stable at a drive speed [rad/s].
 
-    Raises as :func:`bistable_omegas`.
+    Takes as long, and raises, as :func:`bistable_omegas`.
     """
-    return _bistability(parameters, critical_point(parameters, critical_wob(parameters, omega)), "WOB")
+    return _bistability(parameters, critical_point(parameters, critical_wob(parameters, omega)), "WOB", progress)
 
 
-def _bistability(parameters: DrillstringParameters, critical: CriticalPoint, free: str) -> Bistability:
+def _bistability(
+    parameters: DrillstringParameters, critical: CriticalPoint, free: str, progress: Progress
+) -> Bistability:
     if not critical.frequency:
         raise ValueError(f"the running equilibrium ends at Omega = {critical.omega:.9g} rad/s without an oscillation")
     threshold = critical.omega if free == "Omega" else critical.wob
@@ -90,13 +98,16 @@ def _bistability(parameters: DrillstringParameters, critical: CriticalPoint, fre
     turning, touch = [start], LAST_DIP * critical.speed
     for point in followed(start, STEP, LONGEST_STEP):
         turning.append(point)
+        progress(_told(turning), 0.4 * min(1.0, 1.0 - _least_speed(point.orbit) / critical.speed))
         if ahead * point.slope < 0.0:
             fold = _finely(fold_between(*turning[-2:]).orbit, free)
             return Bistability(free, threshold, None, input_of(fold, free), None, fold, tuple(turning))
         if _least_speed(point.orbit) < touch:
             break
     grazing = _finely(resolved(turning[-1].orbit, free, slowest_at(0.0), TOLERANCE), free)
-    sticking = _sticking(grazing, free, ahead)
+    progress("cycles in which the bit sticks", 0.4)
+    sticking = _sticking(grazing, free, ahead, progress)
+    progress(_told(sticking), 0.9)
     fold = _finely(fold_between(*sticking[-2:]).orbit, free) if len(sticking) > 1 else grazing
     points = (*turning, *sticking)
     return Bistability(free, threshold, input_of(grazing, free), input_of(fold, free), grazing, fold, points)
@@ -113,7 +124,12 @@ def _first_cycle(parameters: DrillstringParameters, critical: CriticalPoint, fre
     return branch_point(orbit, free, input_unit(orbit, free), lambda orbit: -slowest_at(0.0)(orbit)[1])
 
 
-def _sticking(grazing: Orbit, free: str, ahead: float) -> list[BranchPoint]:
+def _told(points: Sequence[BranchPoint]) -> str:
+    """Say how many cycles there are, and where the last is."""
+    return f"{len(points)} cycles, {points[-1].free} = {points[-1].input:.5g}"
+
+
+def _sticking(grazing: Orbit, free: str, ahead: float, progress: Progress) -> list[BranchPoint]:
     """Return cycles in which the bit rests, from the shortest rest until the input has turned.
 
     If it turns at once there is only one.
@@ -132,6 +148,7 @@ def _sticking(grazing: Orbit, free: str, ahead: float) -> list[BranchPoint]:
         if (broken := broken_law(point.orbit)) is not None:
             raise ArithmeticError(f"the cycles end before a fold, at {free} = {point.input:.9g}: {broken}")
         found.append(point)
+        progress(_told(found), 0.4 + 0.5 * (1.0 - USUAL / (USUAL + len(found))))  # nobody knows how many there are
         if ahead * point.slope < 0.0:
             return found
     raise ArithmeticError(f"the cycles cannot be followed beyond {free} = {input_of(orbit, free):.9g}")

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..numerics.arrays import FloatArray
+from ..numerics.progress import Progress, silent
 from .cycle import broken_law
 from .equations import Orbit
 from .mesh import Resolution
@@ -129,7 +130,9 @@ class Branch:
     end: str
 
 
-def branch_from(orbit: Orbit, free: str, growing: bool, until: Callable[[BranchPoint], bool]) -> Branch:
+def branch_from(
+    orbit: Orbit, free: str, growing: bool, until: Callable[[BranchPoint], bool], progress: Progress = silent
+) -> Branch:
     """Follow the branch of a cycle, through folds, for as long as it obeys the law of friction.
 
     Parameters
@@ -142,6 +145,8 @@ def branch_from(orbit: Orbit, free: str, growing: bool, until: Callable[[BranchP
         Whether it is to grow at first, or to fall.
     until : callable
         Of a point: whether to end with it.
+    progress : callable, optional
+        Called at each cycle; which part of the branch is done is not known, and grows to 1 ever more slowly.
     """
     timing, sign = orbit.timing, 1.0 if growing else -1.0
     resolution = Resolution.coarse(timing.slips, float(orbit.mesh.resolution.limits.max()))
@@ -154,6 +159,7 @@ def branch_from(orbit: Orbit, free: str, growing: bool, until: Callable[[BranchP
             points.append(_last_lawful(points[-1], point))
             return Branch(tuple(points), f"beyond {free} = {points[-1].input:.6g} {broken}")
         points.append(point)
+        progress(f"{len(points)} cycles, {free} = {point.input:.5g}", 1.0 - 20.0 / (20.0 + len(points)))
         if until(point):
             return Branch(tuple(points), "it was followed as far as asked for")
     return Branch(tuple(points), f"it cannot be followed beyond {free} = {points[-1].input:.9g}")

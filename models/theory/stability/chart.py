@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...plant.parameters import DrillstringParameters
 from ..numerics.arrays import FloatArray, IntArray
+from ..numerics.progress import Progress, silent
 from .equilibrium import equilibria
 from .spectrum import critical_slope, spectral_abscissa, unstable_count
 from .torque_curve import TorqueCurve
@@ -51,6 +52,7 @@ def stability_chart(
     wob: float,
     x: tuple[str, ArrayLike],
     y: tuple[str, ArrayLike],
+    progress: Progress = silent,
 ) -> StabilityChart:
     """Return the stability of the running equilibrium over two quantities.
 
@@ -62,6 +64,8 @@ def stability_chart(
         Drive speed [rad/s] and weight on bit [N], where they do not vary.
     x, y : tuple of str and array_like
         Name and values of a quantity: Omega, WOB, or a parameter, such as ("c_b", [0.03, 50, 100]).
+    progress : callable, optional
+        Called after each row.
 
     Raises
     ------
@@ -89,6 +93,7 @@ def stability_chart(
                 speed[i, j] = found[-1].speed
                 abscissa[i, j] = spectral_abscissa(string, found[-1])
                 unstable[i, j] = unstable_count(string, found[-1])
+        progress(f"{i + 1} of {rows.size} rows", (i + 1) / rows.size)
     return StabilityChart(x[0], y[0], columns, rows, speed, abscissa, unstable)
 
 

@@ -15,6 +15,7 @@ from cosim.drilling.mathematics import DrillstringParameters, equilibria, stabil
 from cosim.drilling.oscillation import measure
 from cosim.drilling.severity import QUANTITIES, SWING, Severity
 from cosim.drilling.severity_map import bistable, draw_maps, find_folds, read_map
+from cosim.progress import Progress
 from cosim.sweeps.distributions import Distribution
 
 PNG = b"\x89PNG"
@@ -180,16 +181,20 @@ def test_folds_are_looked_for_up_to_the_end_of_the_map(
 ) -> None:
     asked: list[float] = []
 
-    def fold(string: DrillstringParameters, weight: float) -> SimpleNamespace:
+    def fold(string: DrillstringParameters, weight: float, progress: Progress) -> SimpleNamespace:
         """Stand in for a continuation of ten seconds."""
         assert string == DrillstringParameters()
         asked.append(weight)
+        progress("1 cycles", 0.5)
         if len(asked) == 2:
             raise ArithmeticError("no cycle found")
         return SimpleNamespace(fold=weight / 3000.0)
 
     monkeypatch.setattr("cosim.drilling.mathematics.bistable_omegas", fold, raising=False)
-    speeds, weights = find_folds(read_map(branches["up"]), 9)
+    told: list[float] = []
+    speeds, weights = find_folds(read_map(branches["up"]), 9, lambda said, part: told.append(part))
+    assert told == sorted(told)
+    assert told[:2] == [0.5 / 9, 1.0 / 9]
     places = np.linspace(3e4, 97347.0, 9)
     assert asked == places[:5].tolist()  # of which the last is at 21.2 rad/s, beyond the map
     assert weights.tolist() == places[[0, 2, 3, 4]].tolist()

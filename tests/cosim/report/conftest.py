@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +66,64 @@ def sweep_of_six(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = CliRunner().invoke(app, ["sweep", "stick-slip", *grids, "--workers", "1", "--output", str(store)])
     assert done.exit_code == 0, done.output
     return store
+
+
+SWEEPS = {
+    "plane": ["--grid", "plant.Omega=9,13", "--grid", "plant.WOB=6e4,97347"],
+    "line": ["--grid", "plant.Omega=5,15"],
+    "cube": ["--grid", "plant.c_b=60,0.03", "--grid", "plant.Omega=5:15:3", "--grid", "plant.WOB=2e4,1e5"],
+    "samples": ["--sample", "plant.mu_sb=0.6:1", "--count", "8"],
+    "maybe": [
+        "--grid",
+        "plant.Omega=5,15",
+        "--grid",
+        "plant.WOB=2e4,1e5",
+        "--sample",
+        "plant.mu_sb=0.6:1",
+        "--count",
+        "4",
+    ],
+    "linemaybe": ["--grid", "plant.Omega=5,15", "--sample", "plant.mu_sb=0.6:1", "--count", "4"],
+    "kept": [
+        "--grid",
+        "plant.Omega=5:17:4",
+        "--grid",
+        "plant.WOB=2e4,1e5",
+        "--keep",
+        "plant.bit_speed",
+        "--keep",
+        "plant.bit_torque",
+        "--keep-points",
+        "4",
+    ],
+    "keptline": [
+        "--grid",
+        "plant.Omega=5,15",
+        "--sample",
+        "plant.mu_sb=0.6:1",
+        "--count",
+        "4",
+        "--keep",
+        "plant.bit_speed",
+    ],
+    "failing": ["--grid", "plant.I_B=311,1e-3", "--grid", "plant.WOB=2e4,1e5"],
+    "packagings": ["--grid", "plant=DrillstringNeutral,DrillstringDistributed", "--grid", "plant.WOB=2e4,1e5"],
+}
+
+
+@pytest.fixture(scope="session")
+def sweeps(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Return what runs one of `SWEEPS`, once, with more words of the command perhaps."""
+    folder = tmp_path_factory.mktemp("sweeps")
+
+    def run(name: str, *more: str) -> Path:
+        store = folder / f"{'-'.join([name, *more]).replace('--', '')}.zarr"
+        words = [*SWEEPS[name], *more, "--stop-time", "40", "--workers", "1", "--output", str(store)]
+        done = CliRunner().invoke(app, ["sweep", "stick-slip", *words])
+        assert done.exit_code == 0, done.output
+        return store
+
+    return run
 
 
 @pytest.fixture

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import os
 import shutil
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
-from cosim import open_sweep
+from cosim import open_series, open_sweep, quantile_bands
 from cosim.cli.reports import write_report
 from tests.cosim.report.conftest import changed
 
@@ -129,26 +130,206 @@ def test_a_report_is_light_and_dark_wide_and_narrow(width: int, browser: Browser
     assert len(set(grounds)) == 2
 
 
+def click(page: Page, panel: str, across: float, up: float) -> None:
+    """Click into a plot, at parts of its width and height; the bar of colours and the tools are on its right."""
+    drawn = page.locator(panel)
+    drawn.scroll_into_view_if_needed()
+    box = drawn.bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + box["width"] * across, box["y"] + box["height"] * (1.0 - up))
+
+
+def number(page: Page, measure: str, sweep: int = 0) -> float:
+    """Return a number at the cursor."""
+    return float(page.locator("#values-0 tr", has_text=measure).locator("td").nth(sweep).inner_text())
+
+
 def test_the_cursor_of_a_map_shows_the_numbers_of_its_point(
     browser: Browser, sweep_of_six: Path, tmp_path: Path
 ) -> None:
-    watched = Watched(browser, write_report([sweep_of_six], tmp_path / "map.html"))
+    watched = Watched(browser, write_report([sweep_of_six], tmp_path / "map.html", folds=0))
     page = watched.page
     stored = open_sweep(sweep_of_six)["bit_speed_max"].values
-    shown = page.locator("#values-0 tr", has_text="bit_speed_max").locator("td")
-    assert float(shown.inner_text()) == pytest.approx(stored[0, 0], abs=1e-3)
+    assert number(page, "bit_speed_max") == pytest.approx(stored[0, 1], abs=1e-3)
     page.get_by_label("plant.Omega [rad/s]").select_option(label="15")
     page.get_by_label("plant.WOB [kN]").select_option(label="100")
-    assert float(shown.inner_text()) == pytest.approx(stored[1, 2], abs=1e-3)
+    assert number(page, "bit_speed_max") == pytest.approx(stored[1, 2], abs=1e-3)
     assert "15 rad/s, plant.WOB 100 kN" in page.locator("#point-0").inner_text()
-    page.get_by_label("shows").select_option(label="stuck_fraction: stuck fraction")
-    panel = page.locator("#map-0")
-    panel.scroll_into_view_if_needed()
-    box = panel.bounding_box()
-    assert box is not None
-    page.mouse.click(box["x"] + box["width"] * 0.25, box["y"] + box["height"] * 0.75)
-    until(page, "document.getElementById('x-0').value === '0'")
-    assert float(shown.inner_text()) == pytest.approx(stored[0, 0], abs=1e-3)
+    page.locator("#measure-0").select_option(label="stuck_fraction: stuck fraction")
+    click(page, "#map-0-0", 0.25, 0.25)
+    until(page, "document.getElementById('at-0-0').value === '0' && document.getElementById('at-0-1').value === '0'")
+    assert number(page, "bit_speed_max") == pytest.approx(stored[0, 0], abs=1e-3)
+    assert page.evaluate("Bokeh.documents[0].get_model_by_name('threshold-0-0').data.x.length") > 100
+    watched.done()
+
+
+def test_branches_are_seen_beside_each_other_with_where_they_disagree_and_differ(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    stores = [sweeps("plane", *more) for more in ((), ("--branch", "up"), ("--branch", "down"))]
+    watched = Watched(browser, write_report(stores, tmp_path / "map.html", folds=0))
+    page = watched.page
+    rest, up, down = (open_sweep(store) for store in stores)
+    swings = [each["bit_speed_max"].values - each["bit_speed_min"].values > 0.5 for each in (rest, up, down)]
+    apart = np.logical_or.reduce(swings) & ~np.logical_and.reduce(swings)
+    assert apart.any()
+    dots = page.evaluate("Bokeh.documents[0].get_model_by_name('apart-0-0').data.x.length")
+    assert dots == apart.sum()
+    assert f"{dots} cells in which the sweeps disagree" in page.locator("#caption-0-2").inner_text()
+    page.locator("#measure-0").select_option(label="torque_swing [kN.m]: swing of the torque at the top")
+    page.get_by_label("less").select_option(label=f"{stores[2].name} (continued down)")
+    shown = page.evaluate("Array.from(Bokeh.documents[0].get_model_by_name('cells-0-1').data.value)")
+    expected = (up["torque_swing"].values - down["torque_swing"].values).T.ravel() / 1e3
+    assert shown == pytest.approx(expected, abs=1e-3)
+    low, high = page.evaluate("(({low, high}) => [low, high])(Bokeh.documents[0].get_model_by_name('colours-0-1'))")
+    assert low == -high
+    greatest = max(np.abs(each["torque_swing"] - down["torque_swing"]).max() for each in (rest, up))
+    assert high == pytest.approx(float(greatest) / 1e3, rel=1e-3)
+    watched.done()
+
+
+def test_a_sweep_over_three_axes_shows_any_plane_through_the_cursor(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    store = sweeps("cube")
+    watched = Watched(browser, write_report([store], tmp_path / "cube.html"))
+    page = watched.page
+    stored = open_sweep(store).sortby("plant.c_b")
+    values = "Array.from(Bokeh.documents[0].get_model_by_name('cells-0-0').data.value)"
+    line = "Array.from(Bokeh.documents[0].get_model_by_name('threshold-0-0').data.x)"
+    page.locator("#measure-0").select_option(label="bit_speed_max [rad/s]: greatest bit speed")
+    lines: list[list[float]] = []
+    for place, label in enumerate(("0.03", "60")):
+        page.get_by_label("plant.c_b [N.m.s/rad]").select_option(label=label)
+        assert page.evaluate(values) == pytest.approx(stored["bit_speed_max"].values[place].T.ravel(), abs=1e-3)
+        assert f"at plant.c_b {label} N.m.s/rad" in page.locator("#caption-0-0").inner_text()
+        lines.append(page.evaluate(line))
+    assert lines[0] != lines[1]
+    page.locator("#across-0").select_option(label="plant.c_b")
+    page.get_by_label("plant.Omega [rad/s]").select_option(label="15")
+    assert page.evaluate(values) == pytest.approx(stored["bit_speed_max"].values[:, 2].T.ravel(), abs=1e-3)
+    assert page.evaluate(line) == []
+    page.locator("#up-0").select_option(label="plant.c_b")  # which is across, and changes places
+    assert page.locator("#across-0").input_value() == "2"
+    assert page.evaluate(values) == pytest.approx(stored["bit_speed_max"].values[:, 2].ravel(), abs=1e-3)
+    watched.done()
+
+
+def test_a_sweep_over_one_axis_is_lines_that_zoom_together(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    stores = [sweeps("line"), sweeps("line", "--branch", "up")]
+    watched = Watched(browser, write_report(stores, tmp_path / "line.html"))
+    page = watched.page
+    stored = open_sweep(stores[1])
+    assert number(page, "bit_speed_max", 1) == pytest.approx(stored["bit_speed_max"].values[0], abs=1e-3)
+    click(page, "#line-0-1", 0.7, 0.5)
+    until(page, "document.getElementById('at-0-0').value === '1'")
+    assert number(page, "bit_speed_max", 1) == pytest.approx(stored["bit_speed_max"].values[1], abs=1e-3)
+    spans = "[0, 5].map((k) => Bokeh.documents[0].get_model_by_name(`here-0-${k}`).location)"
+    assert page.evaluate(spans) == [15, 15]
+    shared = "new Set([0, 1, 5].map((k) => Bokeh.documents[0].get_model_by_name(`line-0-${k}`).x_range.id)).size"
+    assert page.evaluate(shared) == 1
+    page.get_by_role("checkbox", name="line.zarr").uncheck()
+    assert not page.evaluate("Bokeh.documents[0].get_model_by_name('stroke-0-3-0').visible")
+    assert stores[0].name not in page.locator("#caption-0-line-3").inner_text()
+    watched.done()
+
+
+def test_samples_are_a_distribution_and_a_probability_at_each_point(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    store = sweeps("maybe")
+    watched = Watched(browser, write_report([store], tmp_path / "maybe.html", folds=0))
+    page = watched.page
+    stored = open_sweep(store)
+    unstable = stored["bit_speed_max"].values - stored["bit_speed_min"].values > 0.5
+    unstable |= stored["stuck_fraction"].values > 0.999
+    values = "Array.from(Bokeh.documents[0].get_model_by_name('cells-0-0').data.value)"
+    assert page.evaluate(values) == pytest.approx(unstable.mean(axis=2).T.ravel(), abs=1e-4)
+    page.locator("#measure-0").select_option(label="bit_speed_max [rad/s]: greatest bit speed")
+    page.get_by_label("of the samples").select_option(label="90 % quantile")
+    expected = np.quantile(stored["bit_speed_max"].values, 0.9, axis=2)
+    assert page.evaluate(values) == pytest.approx(expected.T.ravel(), abs=1e-3)
+    page.get_by_label("plant.WOB [kN]").select_option(label="100")
+    page.get_by_label("plant.Omega [rad/s]").select_option(label="15")
+    stair = page.evaluate("Array.from(Bokeh.documents[0].get_model_by_name('ecdf-0-0').data.x)")
+    assert stair[1:] == pytest.approx(np.sort(stored["bit_speed_max"].values[1, 1]), abs=1e-3)
+    spots = "(({x, y}) => [Array.from(x), Array.from(y)])(Bokeh.documents[0].get_model_by_name('scatter-0-0').data)"
+    x, y = page.evaluate(spots)
+    assert x == pytest.approx(stored["plant.mu_sb"].values, abs=1e-4)
+    assert y == pytest.approx(stored["bit_speed_max"].values[1, 1], abs=1e-3)
+    watched.done()
+
+
+def test_points_that_failed_are_crosses_and_have_their_reason(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    store = sweeps("failing")
+    watched = Watched(browser, write_report([store], tmp_path / "failing.html"))
+    crosses = "(({x, y}) => [Array.from(x), Array.from(y)])(Bokeh.documents[0].get_model_by_name('failed-0-0').data)"
+    assert watched.page.evaluate(crosses) == [[1e-3, 1e-3], [20, 100]]
+    reason = str(open_sweep(store)["message"].values[1, 0])
+    assert f"Failed: {reason}" in watched.page.locator("#sweep-0").inner_text()
+    watched.done()
+
+
+TRACE = "(({x, y}) => [Array.from(x), Array.from(y)])(Bokeh.documents[0].get_model_by_name('signal-0-0-0').data)"
+
+
+def test_the_cursor_of_a_map_shows_what_was_kept_over_time_there_or_nearest(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    store = sweeps("kept")
+    watched = Watched(browser, write_report([store, sweeps("kept", "--branch", "up")], tmp_path / "kept.html", folds=0))
+    page = watched.page
+    stored = open_series(store)["plant.bit_speed"]
+    assert stored.sizes["plant.Omega"] == 2
+    assert page.evaluate("Bokeh.documents[0].get_model_by_name('rings-0-0').data.x.length") == 4
+    assert "Of the point at the cursor, plant.Omega 5 rad/s" in page.locator("#kept-0").inner_text()
+    page.get_by_label("plant.WOB [kN]").select_option(label="100")
+    for label, place, said in (
+        ("5", 0, "Of the point at the cursor, plant.Omega 5 rad/s, plant.WOB 100 kN."),
+        ("9", 0, "Nothing is kept of the point at the cursor; of the nearest that is, plant.Omega 5 rad/s"),
+        ("13", 1, "Nothing is kept of the point at the cursor; of the nearest that is, plant.Omega 17 rad/s"),
+        ("17", 1, "Of the point at the cursor, plant.Omega 17 rad/s, plant.WOB 100 kN."),
+    ):
+        page.get_by_label("plant.Omega [rad/s]").select_option(label=label)
+        assert said in page.locator("#kept-0").inner_text()
+        x, y = page.evaluate(TRACE)
+        values = stored.values[place, 1]
+        seen = np.interp(stored["time"].values, x, y)  # a constant has two points
+        assert seen == pytest.approx(values, abs=1e-3 * max(1.0, float(np.ptp(values))))
+    assert "plant.bit_torque [kN.m] over time" in page.locator("#caption-0-series-1").inner_text()
+    page.get_by_role("checkbox", name=store.name).uncheck()
+    assert not page.evaluate("Bokeh.documents[0].get_model_by_name('trace-0-1-0').visible")
+    watched.done()
+
+
+def test_samples_that_were_kept_over_time_are_bands_of_quantiles(
+    browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    store = sweeps("keptline")
+    watched = Watched(browser, write_report([store], tmp_path / "kept.html", folds=0))
+    page = watched.page
+    page.locator("#at-0-0").select_option(label="15")
+    bands = quantile_bands(store)["plant.bit_speed"].transpose("plant.Omega", "quantile", "time").values[1]
+    shown = page.evaluate("Object.entries(Bokeh.documents[0].get_model_by_name('signal-0-0-0').data)"
+                          ".map(([name, values]) => [name, Array.from(values)])")  # fmt: skip
+    for name, band in zip(("q0", "q1", "y", "q3", "q4"), bands, strict=True):
+        assert dict(shown)[name] == pytest.approx(band, abs=1e-3 * max(1.0, float(np.ptp(band)))), name
+    assert "Of the point at the cursor" in page.locator("#kept-0").inner_text()
+    watched.done()
+
+
+@pytest.mark.parametrize("name", ["samples", "linemaybe", "packagings"])
+def test_sweeps_of_every_kind_are_drawn_without_a_complaint(
+    name: str, browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    page = write_report([sweeps(name)], tmp_path / "page.html", folds=0)
+    watched = Watched(browser, page, viewport={"width": 390, "height": 900}, color_scheme="dark")
+    assert watched.page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert watched.page.locator("#values-0 tr").count() >= 6
     watched.done()
 
 

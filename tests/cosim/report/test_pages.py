@@ -7,6 +7,8 @@ import json
 import re
 import shlex
 import shutil
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,14 +16,19 @@ from typing import Any
 import numpy as np
 import pytest
 from lxml import html
+from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from cosim import open_sweep, open_variants
+from cosim import open_series, open_sweep, open_variants
 from cosim.cli.app import app
 from cosim.cli.reports import write_report
+from cosim.drilling.severity_map import Map
 from cosim.errors import InputError, MissingPackageError, OutputError
 from cosim.report.diagram import in_order, lay_out, ways
-from cosim.report.lines import kept_rows, line, shares
+from cosim.report.lines import kept_rows, line, packed_fully, shares
+from cosim.system.signals import FloatArray
+from models.plant.parameters import DrillstringParameters
+from models.theory.stability.chart import stability_boundary
 from tests.cosim.report.conftest import changed
 from tests.cosim.run.jobs import sketch
 
@@ -148,10 +155,10 @@ def test_a_league_is_told_whole(league: Path, tmp_path: Path) -> None:
 
 
 def test_a_sweep_is_told_whole(sweep_of_six: Path, tmp_path: Path) -> None:
-    page = write_report([sweep_of_six], tmp_path / "map.html", units="field")
+    page = write_report([sweep_of_six], tmp_path / "map.html", units="field", folds=0)
     tree = read(page)
-    assert "Map over plant.Omega, 2 values from 47.7465 to 143.239 rpm and plant.WOB, 3 values" in tree.text_content()
-    (told,) = json.loads(tree.xpath("//script[@id='data']")[0].text)["maps"]
+    assert "Over plant.Omega, 2 values from 47.7465 to 143.239 rpm, and plant.WOB, 3 values" in tree.text_content()
+    (told,) = drawn(page)["groups"]
     stored = open_sweep(sweep_of_six)
     program, *arguments = shlex.split(tree.xpath("//pre/code")[0].text)
     assert program == "cosim"
@@ -160,11 +167,135 @@ def test_a_sweep_is_told_whole(sweep_of_six: Path, tmp_path: Path) -> None:
     assert open_sweep(tmp_path / "again.zarr").attrs["sha256"] == stored.attrs["sha256"]
     assert told["axes"][1]["values"] == pytest.approx([4.49618, 13.48854, 22.4809], rel=1e-6)
     speeds = next(each for each in told["measures"] if each["name"] == "bit_speed_max")
-    least, part, text = speeds["values"]
-    shown = least + part * np.frombuffer(base64.b64decode(text), dtype="<u2")
-    # row by row of the weights; of 65,534 parts of the range
-    assert shown == pytest.approx(stored["bit_speed_max"].values.T.ravel() * 30.0 / np.pi, abs=part)
-    assert write_report([sweep_of_six], tmp_path / "again.html", units="field").read_bytes() == page.read_bytes()
+    (values,) = speeds["values"]
+    assert unpacked(values) == pytest.approx(stored["bit_speed_max"].values.ravel() * 30.0 / np.pi, abs=values[1])
+    again = write_report([sweep_of_six], tmp_path / "again.html", units="field", folds=0)
+    assert again.read_bytes() == page.read_bytes()
+
+
+def drawn(page: Path) -> Any:
+    """Return what the script of a page reads."""
+    return json.loads(read(page).xpath("//script[@id='data']")[0].text)
+
+
+def unpacked(told: list[Any]) -> NDArray[np.float64]:
+    """Read numbers as the script does."""
+    least, part, text = told
+    if least is None:
+        return np.frombuffer(base64.b64decode(text), dtype="<f4").astype(np.float64)
+    parts = np.frombuffer(base64.b64decode(text), dtype="<u2")
+    return np.where(parts == 65535, np.nan, least + parts * part)
+
+
+def test_lines_of_theory_are_those_of_the_string_at_each_place_of_other_axes(
+    sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    (group,) = drawn(write_report([sweeps("cube")], tmp_path / "cube.html"))["groups"]
+    assert group["axes"][0]["values"] == [0.03, 60.0]  # in their order, which the sweep's is not
+    (lines,) = group["lines"]
+    assert [each["at"] for each in lines] == [{"0": 0}, {"0": 1}]
+    assert all(each["kind"] == "threshold" and each["plane"] == [1, 2] for each in lines)
+    for damping, each in zip((0.03, 60.0), lines, strict=True):
+        weights = unpacked(each["y"]) * 1e3
+        speeds = stability_boundary(replace(DrillstringParameters(), c_b=damping), weights)
+        assert unpacked(each["x"]) == pytest.approx(speeds, abs=2e-3, nan_ok=True)
+
+
+def test_the_fold_of_a_string_is_looked_for_once_for_all_sweeps_of_it(
+    sweep_of_six: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+
+    def fold(found: Map, count: int, progress: object = None) -> tuple[FloatArray, FloatArray]:
+        del found, progress
+        asked.append(count)
+        return np.array([8.0, 12.0]), np.array([3e4, 9e4])
+
+    monkeypatch.setattr("cosim.drilling.severity_map.find_folds", fold)
+    other = tmp_path / "other.zarr"
+    shutil.copytree(sweep_of_six, other)
+    page = write_report([sweep_of_six, other], tmp_path / "map.html", folds=2)
+    (group,) = drawn(page)["groups"]
+    assert asked == [2]
+    for lines in group["lines"]:
+        assert [each["kind"] for each in lines] == ["threshold", "fold"]
+        assert unpacked(lines[1]["x"]) == pytest.approx([8.0, 12.0], abs=1e-3)
+        assert unpacked(lines[1]["y"]) == pytest.approx([30.0, 90.0], abs=1e-2)
+    assert "end of the cycles" in read(page).text_content()
+    bare = write_report([sweep_of_six], tmp_path / "bare.html", folds=0)
+    assert "end of the cycles" not in read(bare).text_content()
+    assert asked == [2]
+
+
+@pytest.mark.parametrize(
+    ("name", "title", "over"),
+    [
+        ("line", "Lines", "Over plant.Omega, 2 values from 5 to 15 rad/s."),
+        ("cube", "Map", "Over plant.c_b, 2 values from 0.03 to 60 N.m.s/rad; plant.Omega, 3 values from 5 to 15 rad/s"),
+        ("samples", "Samples", "8 samples of plant.mu_sb."),
+        ("maybe", "Map", "from 20 to 100 kN, each with 4 samples of plant.mu_sb."),
+        ("linemaybe", "Lines", "from 5 to 15 rad/s, each with 4 samples of plant.mu_sb."),
+        ("packagings", "Map", "Over plant, 2 values: DrillstringNeutral, DrillstringDistributed, and plant.WOB"),
+    ],
+)
+def test_a_sweep_over_any_number_of_dimensions_is_told(
+    name: str, title: str, over: str, sweeps: Callable[..., Path], tmp_path: Path
+) -> None:
+    tree = read(write_report([sweeps(name)], tmp_path / "page.html", folds=0))
+    assert tree.xpath("//section/h2")[0].text.startswith(f"{title}: {name}.zarr")
+    assert over in " ".join(tree.text_content().split())
+    for reference in tree.xpath("//@aria-labelledby | //a/@href"):
+        assert reference.removeprefix("#") in tree.xpath("//@id")
+    for field in tree.xpath("//input | //select"):
+        assert field.xpath("ancestor::label"), field.get("id")
+
+
+def test_a_sweep_too_large_for_a_page_is_shown_in_part(
+    sweep_of_six: Path, sweeps: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cosim.sweeps.told.MOST_NUMBERS", 7 * 3)
+    page = write_report([sweep_of_six], tmp_path / "part.html", folds=0)
+    (group,) = drawn(page)["groups"]
+    assert group["axes"][1]["values"] == [20.0, 100.0]
+    assert "Shown: every other value of plant.Omega, every other value of plant.WOB" in read(page).text_content()
+    page = write_report([sweeps("samples")], tmp_path / "few.html")
+    assert drawn(page)["groups"][0]["count"] == 2
+    assert "2 of 8 samples" in read(page).text_content()
+
+
+def test_the_command_of_a_sweep_draws_its_samples_and_keeps_its_series_again(tmp_path: Path) -> None:
+    uncertain = tmp_path / "uncertain.toml"
+    uncertain.write_text('"plant.c_b" = { kind = "lognormal", median = 0.03, factor = 2.0 }\n', encoding="utf-8")
+    words = ["stick-slip", "--grid", "plant.Omega=5,15", "--sample", "plant.mu_sb=0.6:1", "--uncertain", str(uncertain)]
+    more = ["--count", "2", "--seed", "3", "--stop-time", "30", "--workers", "1", "--keep", "plant.bit_speed"]
+    done = CliRunner().invoke(app, ["sweep", *words, *more, "--output", str(tmp_path / "first.zarr")])
+    assert done.exit_code == 0, done.output
+    tree = read(write_report([tmp_path / "first.zarr"], tmp_path / "page.html"))
+    command, distributions = tree.xpath("//pre/code/text()")
+    uncertain.write_text(distributions, encoding="utf-8")
+    _, *arguments = shlex.split(command.replace("uncertain.toml", str(uncertain)))
+    done = CliRunner().invoke(app, [*arguments, "--workers", "1", "--output", str(tmp_path / "second.zarr")])
+    assert done.exit_code == 0, done.output
+    first, second = (open_sweep(tmp_path / f"{name}.zarr").load() for name in ("first", "second"))
+    assert first.attrs["sha256"] == second.attrs["sha256"]
+    assert first.equals(second)
+    assert open_series(tmp_path / "first.zarr").equals(open_series(tmp_path / "second.zarr"))
+
+
+def test_series_are_left_out_where_there_is_no_room_for_them(
+    sweeps: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cosim.sweeps.told.MOST_SERIES", 4)
+    page = write_report([sweeps("kept")], tmp_path / "kept.html", folds=0)
+    (series,) = drawn(page)["groups"][0]["series"]
+    assert [len(each) for each in series["lines"]] == [2, 2]
+    assert "series of 2 of 4 points" in read(page).text_content()
+
+
+def test_numbers_far_apart_are_written_in_full() -> None:
+    values = np.array([0.1, 0.2, 0.3, 1e9, np.inf])
+    assert unpacked(packed_fully(values)) == pytest.approx([*values[:4], np.nan], rel=1e-6, nan_ok=True)
+    assert packed_fully(values[:3])[0] is not None
 
 
 def test_a_damaged_store_is_a_sentence(sweep_of_six: Path, tmp_path: Path) -> None:
@@ -174,14 +305,6 @@ def test_a_damaged_store_is_a_sentence(sweep_of_six: Path, tmp_path: Path) -> No
     chunk.write_bytes(b"damage")
     with pytest.raises(InputError, match=r"map\.zarr holds a sweep that is damaged"):
         write_report([store], tmp_path / "report.html")
-
-
-def test_a_sweep_over_another_number_of_dimensions_is_refused(tmp_path: Path) -> None:
-    arguments = ["sweep", "stick-slip", "--grid", "plant.Omega=5,15", "--workers", "1", "--stop-time", "30"]
-    done = CliRunner().invoke(app, [*arguments, "--output", str(tmp_path / "line.zarr")])
-    assert done.exit_code == 0, done.output
-    with pytest.raises(InputError, match=r"varies over plant\.Omega; expected a sweep over two dimensions"):
-        write_report([tmp_path / "line.zarr"], tmp_path / "report.html")
 
 
 def test_what_cannot_be_reported_is_a_sentence(run_of_two: Path, league: Path, tmp_path: Path) -> None:

@@ -23,9 +23,9 @@ import numcodecs  # pyright: ignore  # noqa: F401
 import xarray  # noqa: F401
 
 from cosim import RunOptions, load_scenario
+from cosim.provenance import commit
 from cosim.run.job import Job
 from cosim.run.options import Streaming
-from cosim.run.report import commit
 from tests.cosim.run.jobs import go_on, outcome
 
 WAYS = {

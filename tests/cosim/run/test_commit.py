@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cosim.run.report import commit
+from cosim.provenance import commit
 
 
 def git(folder: Path, *arguments: str) -> str:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cosim.system.method import Method
     from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp
     from cosim.system.structure import Component, Connection, PowerBond, System
-    from cosim.system.table_file import read_table
+    from cosim.system.table_file import read_column, read_table
 
     __version__: str
 
@@ -60,6 +60,7 @@ __all__ = [
     "open_variants",
     "plot",
     "ramp",
+    "read_column",
     "read_table",
     "scenario_names",
     "simulate",
@@ -97,6 +98,7 @@ _HOMES = {
     "open_variants": "cosim.run.opened",
     "plot": "cosim.recording.figure",
     "ramp": "cosim.system.signals",
+    "read_column": "cosim.system.table_file",
     "read_table": "cosim.system.table_file",
     "scenario_names": "cosim.scenario.file",
     "simulate": "cosim.run.simulation",

@@ -131,7 +131,7 @@ def _check_signal(target: Port, signal: Signal, variable: Variable) -> None:
     for level in signal.levels or ():
         convert(target, variable, level)
     if signal.levels is None and variable.type != "Real":
-        raise SystemDefinitionError(f"{target} is {variable.type}; ramps and tables drive Real variables only")
+        raise SystemDefinitionError(f"{target} is {variable.type}; a {signal.kind} drives Real variables only")
 
 
 def with_numbers(system: System, descriptions: Mapping[str, Description]) -> System:

@@ -109,7 +109,7 @@ def test_a_file_becomes_plain_data(write) -> None:
         ("before =", "befor =", r"unknown key 'inputs\.plant\.c\.befor'; did you mean 'before'"),
         ('kind = "ramp"', 'kind = "rmap"', r"inputs\.plant\.d\.kind is 'rmap'; did you mean 'ramp'"),
         ("duration = 3", "duration = -3", r"inputs\.plant\.d: ramp: duration is -3 s; expected a number >= 0"),
-        ("[[0, 1], [1, 2]]", "[[0, 1], [1]]", r"inputs\.plant\.e: table: every point must be a pair"),
+        ("[[0, 1], [1, 2]]", "[[0, 1], [1]]", r"inputs\.plant\.e: points hold \[1\]; expected pairs"),
         ("[[0, 1], [1, 2]]", '[["x", 1]]', r"inputs\.plant\.e: points hold \['x', 1\]"),
         ('column = "WOB"', 'column = "wob"', "there is no column 'wob'"),
         ("set = {", "sets = {", r"unknown key 'variants\.sets'; did you mean 'set'"),

@@ -139,7 +139,7 @@ def test_start_values_take_the_type_of_their_variable() -> None:
         ),
         ("plant.L", Constant(1.0), "is a fixed parameter; a signal drives an input or a tunable parameter only"),
         ("plant.derived", Constant(1.0), "has causality calculatedParameter; a signal drives an input or a tunable"),
-        ("plant.gate", ramp(0, 1, 0, 1), "is Boolean; ramps and tables drive Real variables only"),
+        ("plant.gate", ramp(0, 1, 0, 1), "is Boolean; a ramp drives Real variables only"),
         ("plant.c_b", Step(1.0, -2.0, 0.5), "is -2; expected a finite number >= 0"),
         ("plant.c_c", Constant(1.0), r"has no variable 'c_c'; did you mean 'c_b'\?"),
         ("plant.gate", Constant(1.0), "is 1.0; expected true or false"),

@@ -56,14 +56,21 @@ class Assembly:
     slaves: Mapping[str, Slave]
 
     def report(self, account: Mapping[str, Any]) -> RunReport:
-        """Return how a run was made, by what the master tells of it, and which parameters FMUs have not kept."""
+        """Return how a run was made, by what the master tells of it."""
         told: dict[str, Any] = {**account, "timings": {"load": self.loading, **account["timings"]}}
+        return RunReport(**self.initialised(), coupling=CouplingReport(**told))
+
+    def initialised(self) -> dict[str, Any]:
+        """Return what is run, with the parameters that FMUs have after initialisation, and what they were asked for."""
         components: dict[str, dict[str, Any]] = {}
         for name, known in self.provenance["components"].items():
-            has = getattr(self.slaves[name], "not_kept", {})  # an FMU in a process of its own only says it
-            components[name] = {**known, "not_kept": dict(has)} if has else known
-        provenance: dict[str, Any] = {**self.provenance, "components": components}
-        return RunReport(**provenance, coupling=CouplingReport(**told))
+            not_kept: Mapping[str, Value] = getattr(self.slaves[name], "not_kept", {})
+            by_name = self.descriptions[name].by_name
+            has = {each: _item(by_name[each], value) for each, value in not_kept.items()}
+            asked = {each: value for each, value in known["parameters"].items() if each in has}
+            changed = {"parameters": {**known["parameters"], **has}, "asked": asked}
+            components[name] = {**known, **changed} if has else known
+        return {**self.provenance, "components": components}
 
 
 @contextmanager
@@ -313,6 +320,11 @@ def _origin(path: Path, description: Description) -> dict[str, Any]:
 def _start(variable: Variable) -> Value | None:
     """Return a start value, an enumeration's item by its name."""
     value = variable.start_value
+    return value if value is None else _item(variable, value)
+
+
+def _item(variable: Variable, value: Value) -> Value:
+    """Return a value, an enumeration's item by its name."""
     if variable.type == "Enumeration":
         return next((name for name, number in variable.items.items() if number == value), value)
     return value

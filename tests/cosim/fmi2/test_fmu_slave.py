@@ -238,14 +238,18 @@ def test_parameters_survive_an_experiment_whose_set_up_resets_them(probe: Path) 
     assert result["resetting.integral"][-1] == pytest.approx(3.0 * 2.0, rel=1e-14)
 
 
-def test_a_parameter_that_the_fmu_does_not_keep_is_named(probe: Path, caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("isolate", [False, True])
+def test_a_parameter_that_the_fmu_does_not_keep_is_named(
+    probe: Path, caplog: pytest.LogCaptureFixture, isolate: bool
+) -> None:
     given = {"gain": 3.0, "text": "ü", "mode": "fast"}
-    record = simulate(scenario(probe, names=("forgetful", "probe"), parameters=given)).record
+    record = simulate(scenario(probe, names=("forgetful", "probe"), parameters=given), isolate=isolate).record
     said = [record.getMessage() for record in caplog.records if "after initialisation" in record.getMessage()]
     assert said == ["gain was set to 3.0, but the FMU has 1.0 after initialisation"]
     asked, kept = record["components"]["forgetful"], record["components"]["probe"]
-    assert (asked["parameters"]["gain"], asked["not_kept"]) == (3.0, {"gain": 1.0})
-    assert "not_kept" not in kept
+    assert (asked["parameters"]["gain"], asked["asked"]) == (1.0, {"gain": 3.0})
+    assert (asked["parameters"]["mode"], kept["parameters"]["gain"]) == ("fast", 3.0)
+    assert "asked" not in kept
 
 
 @pytest.mark.parametrize("start", ['start="7"', ""])

@@ -20,7 +20,7 @@ from cosim.run.function import FunctionSlave, describe_functions, functions_of, 
 from cosim.run.options import RunOptions
 from cosim.run.report import CouplingReport, RunReport, versions
 from cosim.scenario.scenario import Scenario, Variant
-from cosim.system.compatibility import check_system, read_written, start_values
+from cosim.system.compatibility import check_signals, check_system, read_written, start_values
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_units
 from cosim.system.signals import Value
@@ -148,6 +148,7 @@ def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: 
     from cosim.fmi2.model_description import read_description  # with fmpy, which importing this module does without
 
     known: dict[Path, Description] = {}
+    refusals = Refusals()
     for variant in (each for each in scenario.variants if each.name in labels):
         system = scenario.system_of(variant)
         for part in (part for part in system.components if not callable(part.fmu)):
@@ -156,6 +157,14 @@ def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: 
             if path not in known:
                 known[path] = read_description(path)
             start_values(replace(part, parameters=given), known[path])
+            inputs = {
+                port: signal
+                for port, signal in system.inputs.items()
+                if port.component == part.name and port in variant.values
+            }
+            alone, described_alone = System((replace(part, parameters={}),), inputs=inputs), {part.name: known[path]}
+            check_signals(in_declared_units(alone, described_alone), described_alone, refusals)
+    refusals.raise_all(SystemDefinitionError)
 
 
 def _system(scenario: Scenario, variant: Variant | None, options: RunOptions) -> System:

@@ -195,7 +195,16 @@ def _variant(content: object, folder: Path) -> Variant:
     """Build a variant from ``[[variants]]``."""
     table = TomlTable(content, "variants", ("name", "set"))
     values = table.variables("set")
-    return Variant(table.text("name"), {key: _value(value, values.path(key), folder) for key, value in values.items()})
+    return Variant(
+        table.text("name"), {key: _setting(value, values.path(key), folder) for key, value in values.items()}
+    )
+
+
+def _setting(content: object, where: str, folder: Path) -> Value | Signal:
+    """Take what a variant sets: a value, or a signal written as among the inputs."""
+    if isinstance(content, dict) and "kind" in content:
+        return read_signal(cast(object, content), where, folder)
+    return _value(cast(object, content), where, folder)
 
 
 def _value(content: object, where: str, folder: Path) -> Value:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from cosim.errors import ScenarioError, suggestion
 from cosim.system.method import Method
-from cosim.system.signals import Value, plain_value
+from cosim.system.signals import Signal, Value, plain_value
 from cosim.system.structure import System
 
 _SAFE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+=-]*")
@@ -24,12 +24,12 @@ class Variant:
     ----------
     name : str
         Serves as the name of a folder: letters, digits and ``_ . + = -``.
-    values : mapping of str to value
-        Parameters and input values by ``component.variable``.
+    values : mapping of str to value or Signal
+        Parameters and input values, or signals, by ``component.variable``.
     """
 
     name: str
-    values: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    values: Mapping[str, Value | Signal] = field(default_factory=dict[str, Value | Signal])
 
     def __post_init__(self) -> None:
         if not _SAFE_NAME.fullmatch(self.name):

@@ -48,9 +48,7 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
     for connection in system.connections:
         with refusals.noted():
             _check_connection(connection, descriptions, told)
-    for target, signal in system.inputs.items():
-        with refusals.noted():
-            _check_signal(target, signal, _variable(target, descriptions))
+    check_signals(system, descriptions, refusals)
     driven: dict[Port, str] = {connection.target: connection.source for connection in system.connections}
     driven.update(dict.fromkeys(system.inputs, "a signal"))
     for part in system.components:
@@ -63,6 +61,13 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
                     _check_input(Port(part.name, variable.name), variable, variable.name in given, driven)
     refusals.raise_all(SystemDefinitionError)
     return values
+
+
+def check_signals(system: System, descriptions: Mapping[str, Description], refusals: Refusals) -> None:
+    """Note which signals do not fit what they drive."""
+    for target, signal in system.inputs.items():
+        with refusals.noted():
+            _check_signal(target, signal, _variable(target, descriptions))
 
 
 def _variable(port: Port, descriptions: Mapping[str, Description]) -> Variable:

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from cosim.errors import InputError, SystemDefinitionError, suggestion
+from cosim.errors import InputError, Refusals, SystemDefinitionError, suggestion
 from cosim.system.compatibility import convert
 from cosim.system.description import Description, Match, Unit, Variable, compare, converted, describe
 from cosim.system.signals import Ramp, Signal, Table, Value
@@ -168,12 +168,16 @@ def in_declared_units(system: System, descriptions: Mapping[str, Description]) -
     SystemDefinitionError
         If one is in a unit that is not known here, or of another kind than that of its variable.
     """
-    components = tuple(_with_numbers(part, descriptions[part.name]) for part in system.components)
-    inputs = {
-        port: _signal_in_declared_unit(port, signal, descriptions[port.component].by_name.get(port.variable))
-        for port, signal in system.inputs.items()
-    }
-    return replace(system, components=components, inputs=inputs)
+    components, inputs, refusals = list(system.components), dict(system.inputs), Refusals()
+    for index, part in enumerate(system.components):
+        with refusals.noted():
+            components[index] = _with_numbers(part, descriptions[part.name])
+    for port, signal in system.inputs.items():
+        with refusals.noted():
+            variable = descriptions[port.component].by_name.get(port.variable)
+            inputs[port] = _signal_in_declared_unit(port, signal, variable)
+    refusals.raise_all(SystemDefinitionError)
+    return replace(system, components=tuple(components), inputs=inputs)
 
 
 def _with_numbers(component: Component, description: Description) -> Component:

@@ -118,9 +118,13 @@ def _check_units(label: str, source: Variable, target: Variable, told: set[tuple
     """Refuse units of different quantities; warn where it cannot be known, of two units of one name once."""
     match = compare(source.measured_in, target.measured_in)
     actual, expected = describe(source.measured_in), describe(target.measured_in)
-    shifted = source.relative != target.relative and unit_conversion(source.measured_in, target.measured_in)[1] != 0.0
+    mixed = source.relative != target.relative
+    shifted = mixed and unit_conversion(source.measured_in, target.measured_in)[1] != 0.0
     if match is Match.DIFFERENT or shifted:  # a difference of two temperatures is no temperature
         raise SystemDefinitionError(f"{label}: the source is in {actual}; expected {expected}")
+    if mixed and any(end.unit is not None and end.unit.offset for end in (source, target)):
+        which = "the source" if source.relative else "the input"
+        log.warning("%s: %s alone is a difference; %s is passed on as one of %s", label, which, actual, expected)
     if match is Match.UNKNOWN:
         log.warning("%s: cannot tell whether %s and %s are the same unit", label, actual, expected)
     if match is Match.ASSUMED and (actual, expected) not in told:

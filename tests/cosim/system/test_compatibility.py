@@ -185,8 +185,12 @@ def end(name: str, **attributes) -> Variable:
 
 def test_differences_have_no_offset(caplog: pytest.LogCaptureFixture) -> None:
     ends(end("y", unit=CELSIUS, relative=True), end("u", unit=KELVIN, relative=True))
-    ends(end("y", unit=CELSIUS, relative=True), end("u", unit=KELVIN))
     assert caplog.text == ""
+    ends(end("y", unit=CELSIUS, relative=True), end("u", unit=KELVIN))
+    (record,) = caplog.records
+    assert record.getMessage() == (
+        "connection a.y -> b.u: the source alone is a difference; degC (= K) is passed on as one of K (= K)"
+    )
     with pytest.raises(SystemDefinitionError, match=r"in degC \(= K\); expected degC \(= K \+ 273\.15\)"):
         ends(end("y", unit=CELSIUS, relative=True), end("u", unit=CELSIUS))
     with pytest.raises(SystemDefinitionError, match=r"the source is in degC \(= K \+ 273\.15\); expected K"):

@@ -11,10 +11,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from cosim.errors import Refusals, SystemDefinitionError, suggestion
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.errors import Refusals, SystemDefinitionError, format_time, suggestion
 from cosim.system.conversion import conversion_of, unit_conversion
 from cosim.system.description import Description, Match, Variable, compare, describe
-from cosim.system.signals import Signal, Value
+from cosim.system.signals import FloatArray, Signal, Value
 from cosim.system.structure import Component, Connection, Port, System
 
 log = logging.getLogger("cosim")
@@ -68,6 +71,42 @@ def check_signals(system: System, descriptions: Mapping[str, Description], refus
     for target, signal in system.inputs.items():
         with refusals.noted():
             _check_signal(target, signal, _variable(target, descriptions))
+
+
+def check_course(system: System, descriptions: Mapping[str, Description], start: float, stop: float) -> None:
+    """Refuse signals that leave the range of what they drive in a run [s], and warn of one of which nothing is in it.
+
+    Raises
+    ------
+    SystemDefinitionError
+        For all that do.
+    """
+    refusals = Refusals()
+    for port, signal in system.inputs.items():
+        variable = _variable(port, descriptions)
+        if signal.levels is not None or variable.type != "Real":
+            continue
+        corners = np.array(signal.breakpoints, dtype=float)
+        inner = corners[(corners > start) & (corners < stop)]
+        times = np.unique([start, *inner, stop])
+        if corners.size > 1 and (corners[0] >= stop or corners[-1] <= start):
+            what = f"{format_time(float(corners[0]))} s to {format_time(float(corners[-1]))} s"
+            log.warning("%s: the %s goes from %s, so that nothing of it is in the run", port, signal.kind, what)
+        with refusals.noted():
+            _refuse_beyond(port, variable, times[:-1], signal.values(times[:-1]))
+            _refuse_beyond(port, variable, times[1:], signal.left_values(times[1:]))
+    refusals.raise_all(SystemDefinitionError)
+
+
+def _refuse_beyond(port: Port, variable: Variable, times: FloatArray, given: NDArray[np.generic]) -> None:
+    """Refuse the first value that is not finite or not in the range of a variable."""
+    values = np.asarray(given, dtype=float)
+    low = -math.inf if variable.minimum is None else variable.minimum
+    high = math.inf if variable.maximum is None else variable.maximum
+    beyond = np.flatnonzero(~(np.isfinite(values) & (values >= low) & (values <= high)))
+    if beyond.size:
+        first = beyond[0]
+        convert(f"{port} at t = {format_time(float(times[first]))} s", variable, float(values[first]))
 
 
 def _variable(port: Port, descriptions: Mapping[str, Description]) -> Variable:

@@ -39,7 +39,7 @@ _KNOWN: dict[str, tuple[tuple[int, ...], float, float]] = {
     **_units((1,), kg=1.0, lb=_LB, lbm=_LB, g=1e-3, t=1e3),
     **_units(
         (1, 1, -2), N=1.0, kN=1e3, MN=1e6, daN=10.0, kdaN=1e4, lbf=_LBF, klbf=1e3 * _LBF, klb=1e3 * _LBF,
-        kips=1e3 * _LBF, kip=1e3 * _LBF, kgf=9.80665, tf=9806.65,
+        klbs=1e3 * _LBF, kips=1e3 * _LBF, kip=1e3 * _LBF, kgf=9.80665, tf=9806.65,
     ),
     **_units(
         (1, 2, -2),

@@ -6,7 +6,9 @@ two ways is refused.
 
 from __future__ import annotations
 
+import codecs
 import csv
+import io
 import math
 import re
 from collections import Counter
@@ -91,15 +93,16 @@ class Sheet:
     def _hint(self, cell: str) -> str:
         """Say what else a cell may be."""
         other = "," if self.decimal == "." else "."
-        return "" if number_in(cell, other) is None else f'; decimal = "{other}" reads it'
+        number = number_in(cell, other)
+        return "" if number is None else f'; decimal = "{other}" reads it as {number:g}'
 
 
 def read_sheet(path: Path, separator: str | None, decimal: str) -> Sheet:
     """Read cells and header."""
     try:
-        text = read_file(path, MOST_BYTES).decode("utf-8-sig").replace("\r\n", "\n")
+        text, guesses = _text(read_file(path, MOST_BYTES))
         chosen = separator or _guessed_separator(text, decimal)
-        reader = csv.reader(text.splitlines(keepends=True), delimiter=chosen, skipinitialspace=True)
+        reader = csv.reader(io.StringIO(text, newline=None), delimiter=chosen, skipinitialspace=True)
         rows = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ScenarioError(f"table {path}: cannot be read: {error}") from error
@@ -113,12 +116,28 @@ def read_sheet(path: Path, separator: str | None, decimal: str) -> Sheet:
             raise ScenarioError(
                 f"table {path}, line 1: column '{name}' is there {count} times; expected each name once"
             )
+    for line, row in rows[1:]:
+        if any(cell.strip() for cell in row[len(header) :]):
+            raise ScenarioError(
+                f"table {path}, line {line}: there are {len(row)} cells; expected {len(header)} at most"
+            )
     names, rows = _with_units(header, rows[1:], decimal)
     if not rows:
         raise ScenarioError(f"table {path}: there is no row below the names of the columns; expected at least one")
     told = {"\t": "a tabulator", ";": "a semicolon"}
-    guesses = () if separator or chosen == "," else (f"cells are separated by {told[chosen]}",)
-    return Sheet(path, names, rows, decimal, guesses)
+    if not separator and chosen != ",":
+        guesses.append(f"cells are separated by {told[chosen]}")
+    return Sheet(path, names, rows, decimal, tuple(guesses))
+
+
+def _text(content: bytes) -> tuple[str, list[str]]:
+    """Decode a file, and say what had to be guessed for it."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16"), []
+    try:
+        return content.decode("utf-8-sig"), []
+    except UnicodeDecodeError:
+        return content.decode("windows-1252"), ["the file, which is not in UTF-8, is in windows-1252"]
 
 
 def _guessed_separator(text: str, decimal: str) -> str:

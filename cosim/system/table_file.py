@@ -187,7 +187,7 @@ def read_column(
     Parameters
     ----------
     path : Path or str
-        The file; UTF-8.
+        The file; UTF-8, or with a warning windows-1252.
     column : str, optional
         Name of the column that holds the values, with or without the unit in it; by default the first that is not the
         time.
@@ -228,6 +228,9 @@ def read_column(
     by_name = unit is None and factor is None
     own = name.unit if by_name else unit or ""
     guesses = [*sheet.guesses, *guessed]
+    times_have = sheet.names[when]
+    if times_have.unit and times_have.unit != "s":
+        guesses.append(f"the times are in {times_have.unit}, as {times_have.guess} says")
     if own and by_name:
         guesses.append(f"the unit of '{name.whole}' is {own}, as {name.guess} says")
     if column is None and len(others) > 1:

@@ -65,6 +65,8 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     SystemDefinitionError
         If its components and connections contradict each other.
     """
+    if not isinstance(cast(object, name_or_path), str | Path):
+        raise ScenarioError(f"scenario is {name_or_path!r}; expected a name or path of one")
     path = Path(name_or_path)
     if path.suffix == ".ssp":
         raise ScenarioError(

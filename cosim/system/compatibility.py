@@ -240,6 +240,7 @@ def _check_input(name: Port, variable: Variable, given: bool, driven: Mapping[Po
 
 
 _KINDS = {"Real": "a number", "Integer": "an integer", "Boolean": "true or false", "String": "a string"}
+_GREATEST_WHOLE = 2**1023
 _LEAST_INTEGER, _GREATEST_INTEGER = -(2**31), 2**31 - 1
 
 
@@ -304,6 +305,8 @@ def convert(label: str, variable: Variable, value: Value) -> Value:
         raise SystemDefinitionError(f"{label} has a NUL at {value.index(chr(0))}; expected a string without one")
     if isinstance(value, str | bool):
         return value
+    if isinstance(value, int) and not -_GREATEST_WHOLE <= value <= _GREATEST_WHOLE:
+        raise SystemDefinitionError(f"{label} is an integer of {value.bit_length()} bits; expected a finite number")
     _refuse_out_of_range(label, variable, value)
     return float(value) if variable.type == "Real" else value
 

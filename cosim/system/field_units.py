@@ -16,7 +16,7 @@ from functools import partial
 from cosim.errors import InputError, Refusals, SystemDefinitionError, suggestion
 from cosim.system.compatibility import convert
 from cosim.system.description import Description, Match, Unit, Variable, compare, converted, describe
-from cosim.system.signals import Ramp, Signal, Table, Value
+from cosim.system.signals import Ramp, Signal, Table, Value, plain_value
 from cosim.system.staircase import Staircase, levels_of_table
 from cosim.system.structure import Component, Port, System
 
@@ -124,6 +124,21 @@ def in_unit(text: str, unit: str, what: str) -> float:
         except ValueError:
             raise SystemDefinitionError(f"{what} is '{text}'; expected a number, with a unit or in {unit}") from None
     return _in_unit(found[0], found[1], Unit(unit, *_KNOWN[unit]), what, f"'{text}'")
+
+
+def seconds(given: object, what: str) -> float:
+    """Return a time in s: a number, of NumPy or not, or a text with a unit; InputError for anything else."""
+    value = plain_value(given)
+    if isinstance(value, str):
+        return in_unit(value, "s", what)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{what} is {given!r}; expected a number of seconds")
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(
+            f"{what} is an integer of {int(value).bit_length()} bits; expected a number of seconds"
+        ) from None
 
 
 UNITS = ("si", "metric", "field")

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Never
+from typing import Any, Never, cast
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.signals import Constant, Signal, Value, plain_value
@@ -99,6 +99,10 @@ class Component:
             raise SystemDefinitionError(f"component '{self.name}': expected a name that is not empty and has no dot")
         if self.name == COUPLING:
             raise SystemDefinitionError(f"component '{COUPLING}': records use this name for the coupling itself")
+        if not isinstance(cast(object, self.parameters), Mapping):
+            raise SystemDefinitionError(
+                f"component '{self.name}': parameters are {self.parameters!r}; expected a mapping"
+            )
         plain = {name: plain_value(value) for name, value in self.parameters.items()}
         object.__setattr__(self, "parameters", MappingProxyType(plain))
 
@@ -234,6 +238,11 @@ class System:
         guards: tuple[str, ...] | None = None,
         power_bonds: tuple[PowerBond, ...] | None = None,
     ) -> None:
+        for connection in connections:
+            if not isinstance(cast(object, connection), Connection):
+                raise SystemDefinitionError(
+                    f"connections hold {connection!r}; expected Connection(source, target), each component.variable"
+                )
         signals = MappingProxyType({Port.parse(name): _signal(name, given) for name, given in inputs.items()})
         object.__setattr__(self, "components", components)
         object.__setattr__(self, "connections", connections)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import zipfile
@@ -12,11 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cosim import Component, Connection, Constant, Scenario, SlaveError, Step, System, ramp, simulate
+from cosim import Component, Connection, Constant, Scenario, SlaveError, Step, System, ramp, simulate, stream
 from cosim.errors import FmuFileError, RunError, SystemDefinitionError
 from cosim.fmi2.fmu_slave import open_fmu
 from cosim.fmi2.model_description import read_description
 from cosim.recording.record import allocate_block
+from cosim.run.trajectory import open_trajectory
 
 pytestmark = pytest.mark.usefixtures("no_leftovers")
 
@@ -250,6 +252,15 @@ def test_a_parameter_that_the_fmu_does_not_keep_is_named(
     assert (asked["parameters"]["gain"], asked["asked"]) == (1.0, {"gain": 3.0})
     assert (asked["parameters"]["mode"], kept["parameters"]["gain"]) == ("fast", 3.0)
     assert "asked" not in kept
+
+
+def test_a_streamed_run_tells_what_was_not_kept_as_well(probe: Path, tmp_path: Path) -> None:
+    given = scenario(probe, names=("forgetful",), parameters={"gain": 3.0, "mode": "fast"})
+    record = stream(given, tmp_path / "out").record
+    told = open_trajectory(tmp_path / "out").attrs
+    for components in (record["components"], json.loads(told["components"])):
+        found = components["forgetful"]
+        assert (found["parameters"]["gain"], found["asked"]) == (1.0, {"gain": 3.0})
 
 
 @pytest.mark.parametrize("start", ['start="7"', ""])

@@ -48,9 +48,12 @@ int DS_EXPORTED(start)(ds_console *console, double time)
     return (int)ds_model_start(console->memory, size, console->value, console->slope, NULL, time, &console->journal);
 }
 
-/* go to `end`; as in FMI, derivatives of inputs hold for one step */
+/* go to `end`, with parameters that may have been tuned; as in FMI, derivatives of inputs hold for one step */
 int DS_EXPORTED(step)(ds_console *console, double time, double end)
 {
+    if (ds_model_check(console->value, &console->journal) != DS_OK) {
+        return DS_DISCARD;
+    }
     const ds_result result =
         ds_model_step(console->memory, console->value, console->slope, time, end, &console->journal);
     if (result == DS_OK) {

@@ -2,22 +2,39 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tempfile
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 from ..build.header import table_header
 from ..build.native import compiler_environment
 from ..build.source_code import TABLE_HEADER, source_code
 from ..errors import BuildError
 from ..fmus import MODELS
+from ..rows import NOT_IN_THE_PAPER
 from ..schema import Model, Variable
 
-CONSOLE_MODELS = ("DrillstringNeutral", "DissipativeLaw", "WeightOnBitLaw", "SoftTorque", "TopAbsorber")
-"""What the console runs: the plant, and the laws that act on it without a drive between them."""
+CONSOLE_MODELS = (
+    "DrillstringNeutral",
+    "DissipativeLaw",
+    "WeightOnBitLaw",
+    "SoftTorque",
+    "TopAbsorber",
+    "SpeedPid",
+    "TopDrive",
+    "SpeedSupervisor",
+    "MudPulse",
+    "BitSpeedObserver",
+    "Autodriller",
+)
+"""What the console runs: the plant, the laws that act on it, and what may stand between them."""
 
+# "...; mode own", "...; modes speed and servo": a parameter counts with some items of a choice alone.
+_COUNTS = re.compile(r"; (?P<by>mode|link)s? (?P<items>\w+(?: and \w+)*)$")
 _FUNCTIONS = ("allocate", "release", "start", "step", "reason")
 _OURS = Path(__file__).with_name("core.c")
 _TARGET = "wasm32-wasi"
@@ -59,19 +76,42 @@ def compile_core() -> bytes:
         return (stage / "core.wasm").read_bytes()
 
 
-def core_tables() -> dict[str, dict[str, tuple[float, ...]]]:
-    """Return for each model, by the names of its variables: value reference, start value, least and greatest value."""
+def core_tables() -> dict[str, dict[str, dict[str, Any]]]:
+    """Return for each model, by the names of its variables, what the page has to know of them.
+
+    That is the value reference and the start value, the least and the greatest value where they are finite, and of
+    parameters what it takes to ask for them: a text, the unit, the items of a choice, whether it is a whole number, can
+    be set during a run, and by which choice it counts at all.
+    """
     return {
         name: {variable.name: _row(reference, variable) for reference, variable in enumerate(MODELS[name].variables)}
         for name in CONSOLE_MODELS
     }
 
 
-def _row(reference: int, variable: Variable) -> tuple[float, ...]:
+def _row(reference: int, variable: Variable) -> dict[str, Any]:
     low, high = variable.bounds
-    start = float(variable.start) if isinstance(variable.start, int | float) else 0.0
-    finite = (low, high) if isfinite(low) and isfinite(high) else ()
-    return (reference, start, *finite)
+    row: dict[str, Any] = {"reference": reference}
+    row["start"] = float(variable.start) if isinstance(variable.start, int | float) else 0.0
+    if isfinite(low) and isfinite(high):
+        row |= {"low": low, "high": high}
+    return row | _asked(variable) if variable.causality == "parameter" else row
+
+
+def _asked(variable: Variable) -> dict[str, Any]:
+    """Return what is shown where a parameter can be set; its description tells with which mode it counts."""
+    text = variable.description.removesuffix(f" ({NOT_IN_THE_PAPER})")
+    asked: dict[str, Any] = {"text": text, "unit": variable.unit or ""}
+    counts = _COUNTS.search(text)
+    if counts is not None:
+        asked |= {"text": text[: counts.start()], "by": counts["by"], "with": counts["items"].split(" and ")}
+    if variable.items:
+        asked["items"] = variable.items
+    if variable.kind == "Integer":
+        asked["whole"] = True
+    if variable.variability == "tunable":
+        asked["tunable"] = True
+    return asked
 
 
 def _lay_out(stage: Path, model: Model) -> str:

@@ -11,6 +11,7 @@ from .. import project
 from ..rows import UNITS
 from ..schema import Causality, Model, Packaging, Variable
 from .compiling import compiling
+from .typesetting import formula_css
 
 TITLES: tuple[tuple[str, Causality], ...] = (("Inputs", "input"), ("Outputs", "output"), ("Parameters", "parameter"))
 
@@ -70,6 +71,7 @@ def documentation_page(model: Model, packaging: Packaging) -> bytes:
         contents=[entry for entry in CONTENTS if entry[0] not in _absent(model, packaging)],
         icon=project.icon(model.name).read_text(encoding="utf-8").strip(),
         compiling=compiling(model) if native else "",
+        formula_css=formula_css(),
         groups=[(title, variables) for title, variables in groups if variables],
         unit=_unit,
         start=_start,

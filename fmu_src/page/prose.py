@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from html import escape
 
-from .mathml import mathml
+from .typesetting import equation_html, formula_html
 
 _DISPLAYED = re.compile(r"\$\$(.+)\$\$\s*([^$]*)", re.DOTALL)
 _COMMAND = re.compile(r"`([^`]+)`")
@@ -32,7 +32,7 @@ def phrase(text: str) -> str:
         formula, name, strong = match.groups()
         parts.append(escape(text[position : match.start()], quote=False))
         if formula:
-            parts.append(f"<math>{mathml(formula)}</math>")
+            parts.append(formula_html(formula))
         else:
             parts.append(f"<code>{escape(name)}</code>" if name else f"<strong>{escape(strong)}</strong>")
         position = match.end()
@@ -51,6 +51,4 @@ def _paragraph(text: str) -> str:
     displayed = _DISPLAYED.fullmatch(text)
     if displayed is None:
         return f"<p>{phrase(text)}</p>"
-    formula, label = displayed.groups()
-    equation = f'<math display="block">{mathml(formula)}</math>'
-    return f'<div class="equation">{equation}<span class="reference">{escape(label)}</span></div>'
+    return equation_html(*displayed.groups())

@@ -17,13 +17,13 @@ const browser = await playwright.chromium.launch({
     "--disable-component-update", "--disable-sync"],
 });
 
-async function open(hash = "", options = {}) {
+async function open(hash = "", options = {}, at = address) {
   const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, bypassCSP: false, ...options });
   const tab = await context.newPage();
   tab.on("console", (message) => ["error", "warning"].includes(message.type()) && report.errors.push(message.text()));
   tab.on("pageerror", (error) => report.errors.push(String(error)));
   tab.on("request", (request) => /^(file|blob|data):/.test(request.url()) || report.requests.push(request.url()));
-  await tab.goto(address + hash);
+  await tab.goto(at + hash);
   return tab;
 }
 
@@ -81,30 +81,68 @@ for (const [name, program] of Object.entries(programs)) {
 const bistable = await open("#speed=50");
 await reached(bistable, 60);
 report.from_rest = await state(bistable);
+await bistable.waitForFunction(() => document.querySelector("#live").textContent.startsWith("Sticking")); // words are seldom
 report.live_from_rest = await bistable.textContent("#live");
 await bistable.keyboard.press("s");
-await bistable.waitForFunction(() => window.drillstring.time < 30);
+await bistable.waitForFunction(() => window.drillstring.settings.from === "steady"); // a run is begun anew with it
 await reached(bistable, 60);
 report.from_steady = await state(bistable);
 report.threshold = await bistable.textContent("#threshold");
 await bistable.click("#from-rest");
-await bistable.waitForFunction(() => window.drillstring.time < 30);
+await bistable.waitForFunction(() => window.drillstring.settings.from === "rest");
 await bistable.keyboard.press("Escape");
 await bistable.locator("h1").click();
 await bistable.keyboard.press(" ");
 report.paused = await bistable.textContent("#pause");
 await bistable.keyboard.press(" ");
 
-// each law holds the bit at speed; the units; the address
+// each law holds the bit at speed, but for a speed controller with a heavy rotor
 report.laws = {};
-for (const law of ["tracking", "weight", "soft_torque", "z_torque", "absorber"]) {
+for (const law of ["tracking", "weight", "soft_torque", "z_torque", "absorber", "speed_pid"]) {
   await bistable.evaluate(() => (location.hash = ""));
   await bistable.evaluate((name) => (location.hash = `#law=${name}&speed=100`), law);
-  await bistable.waitForFunction((name) => window.drillstring.settings.law === name && window.drillstring.time < 30, law);
+  await bistable.waitForFunction((name) => window.drillstring.settings.law === name, law);
   await reached(bistable, 60);
   report.laws[law] = await state(bistable);
 }
+
+// a law is switched on during the run, by its key; its parameters are numbers within their ranges
+await bistable.selectOption("#preset", { label: "Soft torque" });
+await reached(bistable, 60);
+report.switched_off = await state(bistable);
+await bistable.locator("h1").click();
+await bistable.keyboard.press("l");
+const switchedAt = await bistable.evaluate(() => window.drillstring.time);
+await reached(bistable, switchedAt + 40);
+report.switched_on = await state(bistable);
+report.switched = await bistable.evaluate(() => location.hash);
+report.went_on = switchedAt >= 60;
+await bistable.evaluate(() => document.querySelectorAll("details").forEach((each) => (each.open = true)));
+const typed = async (id, text) => {
+  await bistable.locator(`#${id}`).click();
+  await bistable.keyboard.press("ControlOrMeta+a");
+  await bistable.keyboard.type(text);
+  await bistable.keyboard.press("Enter");
+  return bistable.inputValue(`#${id}`);
+};
+await typed("gain-SoftTorque-handover_time", "2"); // it can be tuned: the run goes on
+report.tuned = await bistable.evaluate(() => [window.drillstring.time >= 60, window.drillstring.settings.gains["SoftTorque.handover_time"]]);
+report.typed = {};
+for (const [id, text] of [["number-omega", "abc"], ["number-weight", "-3"], ["number-speed", "1000"], ["number-omegaRamp", "1e9"],
+  ["gain-SoftTorque-filter_time", "0.05"], ["gain-SoftTorque-Omega_max", "-1"], ["gain-TopDrive-seed", "2.7"]]) {
+  report.typed[`${id} ${text}`] = await typed(id, text);
+}
+await bistable.selectOption("#gain-SoftTorque-mode", { label: "own" });
+report.own = await bistable.isVisible("#gain-SoftTorque-P");
+report.gains = await bistable.evaluate(() => window.drillstring.settings.gains);
 await bistable.context().close();
+const garbage = "#omega=abc&weight=-5&law=%%%&drive=constructor&SoftTorque.P=1e99&speed=0&L=&=&SpeedPid.mode=7&%E0%A4%A";
+const confused = await open(garbage);
+await reached(confused, 0.1);
+report.confused = await confused.evaluate(() => window.drillstring.settings);
+await confused.context().close();
+
+// the units; the address
 const shared = await open("#omega=12.5&weight=80000&units=field&L=2000&law=nonsense&c_b=-1");
 report.shared = await shared.evaluate(() => window.drillstring.settings);
 report.shown = await shared.inputValue("#number-omega");
@@ -131,18 +169,20 @@ await first.waitForFunction(() => window.drillstring.map.squares.some((square) =
 report.squares = await first.evaluate(() => window.drillstring.map.squares);
 
 // pictures, and what axe says of them
-for (const [name, options] of Object.entries({
-  wide: {}, narrow: { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true },
-  dark: { colorScheme: "dark" },
+const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
+const inside = { viewport: { width: 900, height: 720 } };
+for (const [name, [hash, options]] of Object.entries({
+  wide: ["", {}], narrow: ["#speed=10", phone], dark: ["#speed=10&law=supervisor", { colorScheme: "dark" }],
+  law: ["#speed=10&law=speed_pid&feed=autodriller", { ...phone, colorScheme: "dark" }], embedded: ["?embed#speed=10&law=soft_torque", inside],
 })) {
-  const tab = name === "wide" ? first : await open("#speed=10", options);
-  await tab.evaluate(() => document.querySelector("#more").open = true);
+  const tab = name === "wide" ? first : await open(hash, options);
+  await tab.evaluate(() => document.querySelectorAll("details").forEach((each) => (each.open = true)));
   await reached(tab, 12);
   await tab.evaluate(axe);
   // dark differs from light in its colours
   const found = await tab.evaluate((only) => window.axe.run(only), name === "dark" ? { runOnly: ["color-contrast"] } : {});
   report.axe[name] = found.violations.map((each) => `${each.id}: ${each.nodes.map((node) => node.target).join(", ")}`);
-  await tab.evaluate(() => document.querySelector("#more").open = false);
+  await tab.evaluate(() => document.querySelectorAll("details").forEach((each) => (each.open = false)));
   report.scroll[name] = await tab.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
   await tab.screenshot({ path: `${folder}/${name}.png`, fullPage: true });
   if (name === "narrow") {
@@ -157,6 +197,17 @@ for (const [name, options] of Object.entries({
     await tab.selectOption("#preset", { label: "Fig. 4: higher speed" });
     report.preset = await asked();
   }
+  await tab.context().close(); // its map would go on
 }
+// inside another page: the link leads out of it, with what is set
+const outer = `<title>around</title><iframe src="${address}?embed#law=absorber&speed=10" width="900" height="720"></iframe>`;
+writeFileSync(`${folder}/around.html`, outer);
+const around = await open("", {}, pathToFileURL(`${folder}/around.html`).href);
+const frame = await (await around.waitForSelector("iframe")).contentFrame();
+await frame.waitForFunction(() => window.drillstring?.time > 1);
+report.inside = await frame.evaluate(() => [document.documentElement.scrollHeight, document.querySelector("header").clientHeight]);
+await frame.locator("#alone").click();
+await around.waitForURL(/console\.html#/);
+report.alone = around.url().split("/").at(-1);
 await browser.close();
 writeFileSync(`${folder}/report.json`, JSON.stringify(report));

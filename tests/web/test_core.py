@@ -93,3 +93,8 @@ def test_a_wheel_takes_the_page_if_it_is_made_from_these_sources(
     text = (built / page.PAGE).read_text(encoding="utf-8")
     (built / page.PAGE).write_text(re.sub('made-from" content="..', 'made-from" content="00', text), encoding="utf-8")
     assert not page.take_page(tmp_path / "old")
+
+
+def test_builds_in_two_folders_have_the_same_bytes(console: Path, tmp_path: Path) -> None:
+    other = page.build_page(tmp_path / "an other place")
+    assert other.read_bytes() == (console / page.PAGE).read_bytes()

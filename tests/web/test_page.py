@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from fmu_src.fmus import MODELS
 from models.parameters import DrillstringParameters
 from models.theory import critical_omega
 from tests.web.programs import PROGRAMS, as_json, bits, native
@@ -25,7 +26,7 @@ def report(node: str, chromium: str, console: Path, tmp_path_factory: pytest.Tem
     """What tests/web/browser.mjs has seen."""
     folder = tmp_path_factory.mktemp("browser")
     command = [node, HERE / "browser.mjs", console / "console.html", chromium, folder]
-    subprocess.run(command, input=as_json(), text=True, check=True, timeout=120)
+    subprocess.run(command, input=as_json(), text=True, check=True, timeout=240)
     return json.loads((folder / "report.json").read_text(encoding="utf-8"))
 
 
@@ -65,6 +66,46 @@ def test_each_law_holds_the_bit_at_speed_from_rest(report: dict[str, Any], law: 
     assert report["laws"][law] == "steady"
 
 
+def test_a_speed_controller_with_a_heavy_rotor_does_not_free_the_bit(report: dict[str, Any]) -> None:
+    assert report["laws"]["speed_pid"] == "sticking"
+
+
+def test_a_law_switched_on_during_the_run_frees_the_bit(report: dict[str, Any]) -> None:
+    assert report["switched_off"] == "sticking"
+    assert report["went_on"], "the run began anew"
+    assert report["switched_on"] == "steady"
+    assert "enabled=0" not in report["switched"]
+    assert "law=soft_torque" in report["switched"]
+    assert "TopDrive.speed_noise=0.05" in report["switched"]
+
+
+def test_what_is_typed_is_kept_within_the_ranges_of_the_interface_tables(report: dict[str, Any]) -> None:
+    low = next(each.minimum for each in MODELS["SoftTorque"].variables if each.name == "Omega_max")
+    assert low is not None
+    assert report["typed"] == {
+        "number-omega abc": "8", "number-weight -3": "0", "number-speed 1000": "100", "number-omegaRamp 1e9": "10000",
+        "gain-SoftTorque-filter_time 0.05": "0.05", "gain-SoftTorque-Omega_max -1": f"{low:g}",
+        "gain-TopDrive-seed 2.7": "3",
+    }  # fmt: skip
+    assert report["tuned"] == [True, 2], "the run began anew for a parameter that can be tuned"
+    assert report["own"], "the gains that mode own takes are not shown"
+    gains = {"SoftTorque.filter_time": 0.05, "SoftTorque.Omega_max": low, "TopDrive.seed": 3, "SoftTorque.mode": 3}
+    assert gains.items() <= report["gains"].items()
+
+
+def test_garbage_in_the_address_is_as_nothing(report: dict[str, Any]) -> None:
+    confused = report["confused"]
+    assert (confused["omega"], confused["weight"], confused["speed"], confused["string"]["L"]) == (10, WEIGHT, 1, 1172)
+    assert (confused["law"], confused["drive"], confused["gains"]) == ("none", "ideal", {})
+
+
+def test_inside_another_page_it_fits_and_leads_out_of_it(report: dict[str, Any]) -> None:
+    height, heading = report["inside"]
+    assert height <= 720
+    assert heading == 1, "the heading is for readers alone"
+    assert report["alone"] == "console.html#speed=10&law=absorber"
+
+
 def test_the_map_tells_the_bistable_region_from_the_rest(report: dict[str, Any]) -> None:
     def at(omega: float, weight: float) -> dict[str, Any]:
         column, row = (omega - 1.0) / 24.0 * 64.0, (weight - 5000.0) / 195000.0 * 64.0
@@ -93,7 +134,7 @@ def test_settings_come_from_the_address_and_go_there(report: dict[str, Any]) -> 
 
 
 def test_what_the_core_refuses_is_told_in_its_words(report: dict[str, Any]) -> None:
-    assert report["trouble"].startswith("The core refuses: ")
+    assert report["trouble"].startswith("This cannot be run: ")
     assert "mu_sb" in report["trouble"]
 
 
@@ -112,10 +153,10 @@ def test_the_map_takes_fingers_and_arrow_keys_and_presets_are_the_figures(report
 
 
 def test_the_space_bar_pauses(report: dict[str, Any]) -> None:
-    assert report["paused"] == "Go on"
+    assert report["paused"] == "Resume"
 
 
-@pytest.mark.parametrize("look", ["wide", "narrow", "dark"])
+@pytest.mark.parametrize("look", ["wide", "narrow", "dark", "law", "embedded"])
 def test_axe_finds_nothing_and_nothing_sticks_out(report: dict[str, Any], look: str) -> None:
     assert report["axe"][look] == []
     assert report["scroll"][look] == 0

@@ -18,7 +18,7 @@ interface Knob {
 const DRIVE: readonly Knob[] = [
   { name: "omega", label: "Rotary speed", unit: "rad/s", low: 0, high: 25, step: 0.1 },
   { name: "weight", label: "Weight on bit", unit: "N", low: 0, high: 200000, step: 500 },
-  { name: "speed", label: "Pace, times real time", unit: "x", low: 0.1, high: 100, step: 0.1, scale: "logarithmic" },
+  { name: "speed", label: "Pace", unit: "x", low: 0.1, high: 100, step: 0.1, scale: "logarithmic" },
 ];
 const STRING: readonly Knob[] = [
   { name: "omegaRamp", label: "Speed ramp (0: at once)", unit: "rad/s2", low: 0, high: 20, step: 0.1 },

@@ -1,7 +1,25 @@
 /** The C core as WebAssembly: instances of its models, whose values are read and written where they lie. */
 
-/** By the names of a model's variables: value reference, start value and, where both are finite, least and greatest. */
-export type Table = Record<string, readonly number[]>;
+/** What the page knows of a variable: from its interface table, by fmu_src/console/core.py. */
+export interface Row {
+  readonly reference: number;
+  readonly start: number;
+  readonly low?: number;
+  readonly high?: number;
+  /** of parameters: what it is, and its unit */
+  readonly text?: string;
+  readonly unit?: string;
+  /** of a choice: what its values 1, 2, ... stand for */
+  readonly items?: readonly string[];
+  readonly whole?: boolean;
+  /** whether it can be set during a run */
+  readonly tunable?: boolean;
+  /** the choice by which it counts, and the items with which it does */
+  readonly by?: string;
+  readonly with?: readonly string[];
+}
+/** By the names of a model's variables. */
+export type Table = Readonly<Record<string, Row>>;
 export type Tables = Record<string, Table>;
 
 type Exported = (...values: number[]) => number;
@@ -64,16 +82,20 @@ export class Model {
     this.#values = this.#view();
   }
 
-  reference(variable: string): number {
+  row(variable: string): Row {
     const row = this.#table[variable];
     if (!row) {
       throw new Error(`${this.name} has no variable ${variable}`);
     }
-    return row[0] as number;
+    return row;
   }
 
-  has(variable: string): boolean {
-    return variable in this.#table;
+  reference(variable: string): number {
+    return this.row(variable).reference;
+  }
+
+  isParameter(variable: string): boolean {
+    return this.row(variable).text !== undefined;
   }
 
   /** Values by value reference, and behind them the derivatives of the inputs: true until the memory grows. */

@@ -80,6 +80,7 @@ export function draw(canvas: HTMLCanvasElement, torque: Float64Array, most: numb
   context.fillStyle = colour(style, "--ink");
   context.font = "12px system-ui, sans-serif";
   context.textAlign = "center";
-  context.fillText("top", x, 12);
-  context.fillText(ends.stuck ? "bit, stuck" : "bit", x, height - 4);
+  const label = (text: string, y: number): void => context.fillText(text, Math.max(x, 0.5 * context.measureText(text).width + 1), y);
+  label("top", 12);
+  label(ends.stuck ? "bit, stuck" : "bit", height - 4);
 }

@@ -1,38 +1,46 @@
 /** The rows of a run that have come in, the newest last; the oldest make room. */
 
-import { COLUMNS, WIDTH } from "./orders";
+import { COLUMNS } from "./orders";
 
 const MOST = 60000; // rows: 600 s of the plant alone
 
 export class History {
-  readonly columns: Record<(typeof COLUMNS)[number], number[]> = Object.fromEntries(
-    COLUMNS.map((name) => [name, []]),
-  ) as unknown as Record<(typeof COLUMNS)[number], number[]>;
+  #names: readonly string[] = COLUMNS;
+  #columns = new Map<string, number[]>(COLUMNS.map((name) => [name, []]));
 
   get length(): number {
-    return this.columns.time.length;
+    return this.column("time").length;
   }
 
-  clear(): void {
-    COLUMNS.forEach((name) => (this.columns[name].length = 0));
+  /** Begin anew, with columns beside those of the string. */
+  begin(more: readonly string[]): void {
+    this.#names = [...COLUMNS, ...more];
+    this.#columns = new Map(this.#names.map((name) => [name, []]));
+  }
+
+  /** Values by row; none of a column that there is not. */
+  column(name: string): readonly number[] {
+    return this.#columns.get(name) ?? [];
   }
 
   take(rows: Float64Array): void {
-    for (let place = 0; place < rows.length; place += WIDTH) {
-      COLUMNS.forEach((name, column) => this.columns[name].push(rows[place + column] as number));
+    const all = [...this.#columns.values()];
+    for (let place = 0; place < rows.length; place += all.length) {
+      all.forEach((values, column) => values.push(rows[place + column] as number));
     }
     if (this.length > 1.1 * MOST) {
-      COLUMNS.forEach((name) => this.columns[name].splice(0, this.length - MOST));
+      const excess = this.length - MOST;
+      all.forEach((values) => values.splice(0, excess));
     }
   }
 
-  last(name: (typeof COLUMNS)[number]): number {
-    return this.columns[name].at(-1) ?? 0;
+  last(name: string): number {
+    return this.column(name).at(-1) ?? 0;
   }
 
   /** Index of the first row within so many seconds before the last. */
   since(seconds: number): number {
-    const { time } = this.columns;
+    const time = this.column("time");
     const begin = this.last("time") - seconds;
     let [low, high] = [0, time.length];
     while (low < high) {
@@ -47,9 +55,10 @@ export class History {
   }
 
   csv(): string {
-    const lines = [COLUMNS.join(",")];
+    const lines = [this.#names.join(",")];
+    const all = [...this.#columns.values()];
     for (let row = 0; row < this.length; ++row) {
-      lines.push(COLUMNS.map((name) => String(this.columns[name][row])).join(","));
+      lines.push(all.map((values) => String(values[row])).join(","));
     }
     return `${lines.join("\n")}\n`;
   }
@@ -66,7 +75,8 @@ const STEADY = 0.05; // SSI below which rotation is called steady
 const EARLY = 2; // s after the start in which nothing is said
 
 export function motion(history: History): Motion {
-  const { bit_speed: speed, bit_angle: angle, stuck_time: stuck, time } = history.columns;
+  const [speed, angle, stuck, time] = ["bit_speed", "bit_angle", "stuck_time", "time"].map((name) => history.column(name)) as [
+    readonly number[], readonly number[], readonly number[], readonly number[]];
   const first = history.since(WINDOW);
   const last = history.length - 1;
   const duration = (time[last] ?? 0) - (time[first] ?? 0);

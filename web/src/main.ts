@@ -1,23 +1,27 @@
 /** The page: settings go to the workers, what they answer is shown. */
 
+import { begun, hasNoMap, mapKey, mapped } from "./begin";
 import { Controls } from "./controls";
 import { draw } from "./drawing";
 import { History, motion, type Motion } from "./history";
 import { SeverityMap } from "./map";
 import { AXES, type Answer, type MapAnswer, type MapOrder, type Order } from "./orders";
 import type { Program } from "./replay";
-import { changed, defaults, fromAddress, LAWS, limits, PRESETS, toAddress, unit, type From, type Settings } from "./settings";
+import { Gains } from "./gains";
+import { LAWS } from "./laws";
+import { fillLists } from "./lists";
+import { severityWord, showNumbers, VERDICTS } from "./numbers";
+import { shown } from "./shown";
+import { hasDrive, hasDriller, models } from "./system";
+import { defaults, fromAddress, limits, toAddress, unit, type From, type Settings } from "./settings";
 import { Traces } from "./traces";
 
-const VERDICTS: Record<Motion["state"], string> = {
-  starting: "Starting",
-  steady: "Steady rotation",
-  vibrating: "Swinging, not sticking",
-  sticking: "Sticking and slipping",
-  stuck: "Stuck",
-};
 const LONGEST_FRAME = 0.1; // s, of a frame that counts: a page in the background does not catch up
 const MAP_WAIT = 400; // ms without a change before the map is made anew
+
+/** Inside another page: `console.html?embed`. */
+const EMBEDDED = new URLSearchParams(location.search).has("embed");
+document.documentElement.classList.toggle("embed", EMBEDDED);
 
 function element<Type extends HTMLElement>(id: string): Type {
   return document.getElementById(id) as Type;
@@ -40,6 +44,7 @@ class Page {
   readonly #runner = worker(RUN_WORKER);
   readonly #mapper = worker(MAP_WORKER);
   readonly #controls: Controls;
+  readonly #gains: Gains;
   #settings: Settings;
   #run = 0;
   #mapRun = 0;
@@ -62,15 +67,16 @@ class Page {
   #replayed: ((rows: Float64Array) => void) | null = null;
 
   constructor() {
-    this.#settings = fromAddress(location.hash, this.#standard, this.#limits);
+    this.#settings = fromAddress(location.hash, this.#standard, this.#limits, TABLES);
     this.#controls = new Controls(this.#limits, () => this.#settings, (settings) => this.change(settings));
+    this.#gains = new Gains(TABLES, () => this.#settings, (settings) => this.change(settings));
     this.#runner.onmessage = (event: MessageEvent<Answer>) => this.#take(event.data);
     this.#mapper.onmessage = (event: MessageEvent<MapAnswer>) => this.#takeSquares(event.data);
     const load = { kind: "load", bytes: coreBytes(), tables: TABLES } as const;
     this.#order(load);
     this.#orderMap(load);
     this.#listen();
-    this.#traces.build(this.#settings.units);
+    this.#traces.build(this.#settings);
     this.#show();
     this.start(this.#settings.from);
     this.#renewMap();
@@ -98,7 +104,7 @@ class Page {
     this.#run += 1;
     this.#target = 0;
     this.#waiting = true;
-    this.#history.clear();
+    this.#history.begin(shown(this.#settings).map(({ port }) => port));
     this.#most = 1;
     this.#state = "";
     element("trouble").hidden = true;
@@ -109,17 +115,18 @@ class Page {
   change(settings: Settings): void {
     const old = this.#settings;
     this.#settings = settings;
-    const other = old.law !== settings.law || JSON.stringify(old.string) !== JSON.stringify(settings.string);
-    if (other || old.from !== settings.from) {
+    const other = begun(old) !== begun(settings);
+    element<HTMLSelectElement>("preset").value = "";
+    if (other || old.from !== settings.from || !element("trouble").hidden) {
       this.start(settings.from);
     } else {
       this.#order({ kind: "set", settings });
     }
-    if (old.units !== settings.units) {
-      this.#traces.build(settings.units);
+    if (other || old.units !== settings.units) {
+      this.#traces.build(settings);
       this.#fresh = true;
     }
-    if (other) {
+    if (mapKey(mapped(old)) !== mapKey(mapped(settings))) {
       clearTimeout(this.#mapTimer);
       this.#mapTimer = setTimeout(() => this.#renewMap(), MAP_WAIT);
     }
@@ -136,7 +143,7 @@ class Page {
 
   pause(paused: boolean): void {
     this.#paused = paused;
-    element("pause").textContent = paused ? "Go on" : "Pause";
+    element("pause").textContent = paused ? "Resume" : "Pause";
   }
 
   replay(program: Program): Promise<Float64Array> {
@@ -157,7 +164,7 @@ class Page {
   #take(answer: Answer): void {
     if (answer.kind === "failed") {
       element("trouble").hidden = false;
-      element("trouble").textContent = `The core refuses: ${answer.reason}`;
+      element("trouble").textContent = `This cannot be run: ${answer.reason}`;
     } else if (answer.kind === "replayed") {
       this.#replayed?.(answer.rows);
     } else if (answer.run === this.#run) {
@@ -174,7 +181,7 @@ class Page {
       this.#mapChanged = true;
       element("progress").textContent =
         answer.failed !== undefined ? `There is no map: ${answer.failed}` :
-        answer.complete ? "The map is complete." :
+        answer.complete ? `The map is complete${this.#mapNote()}.` :
         `Computing the map, ${AXES.cells / answer.size} × ${AXES.cells / answer.size}: ${Math.round(100 * answer.part)} %`;
     }
   }
@@ -183,13 +190,18 @@ class Page {
     this.#mapRun += 1;
     this.#map.begin(this.#settings);
     this.#showThreshold();
-    this.#orderMap({ kind: "map", settings: this.#settings, run: this.#mapRun });
+    this.#orderMap({ kind: "map", settings: mapped(this.#settings), run: this.#mapRun });
+  }
+
+  #mapNote(): string {
+    const settings = this.#settings;
+    return hasNoMap(settings) ? ", without the law" : LAWS[settings.law].set?.["law.enabled"] ? ", with the law switched on" : "";
   }
 
   #showThreshold(): void {
     const omega = this.#map.threshold(this.#settings);
     const { symbol, factor } = unit(this.#settings.units, "rad/s");
-    const what = this.#settings.law === "none" ? "linear threshold" : "linear threshold without the law";
+    const what = models(this.#settings).length === 0 ? "linear threshold" : "linear threshold of the string alone";
     element("threshold").textContent =
       omega === null ? `${what}: none at this weight` : `${what}: ${(omega * factor).toFixed(3)} ${symbol} at this weight`;
     this.#mapChanged = true;
@@ -221,8 +233,7 @@ class Page {
   }
 
   #picture(): void {
-    const { units } = this.#settings;
-    this.#traces.show(this.#history, Number(element<HTMLSelectElement>("span").value), units);
+    this.#traces.show(this.#history, Number(element<HTMLSelectElement>("span").value), this.#settings);
     for (const value of this.#torque) {
       this.#most = Math.max(this.#most, 1.05 * Math.abs(value));
     }
@@ -234,53 +245,47 @@ class Page {
   }
 
   #drawMap(): void {
-    const free = this.#settings.law === "none" && this.#history.length > 0;
-    const omega = free ? this.#history.last("Omega") : this.#settings.omega;
-    const weight = free ? this.#history.last("WOB") : this.#settings.weight;
-    this.#map.draw(this.#settings, omega, weight);
+    const settings = this.#settings;
+    const { gives } = LAWS[settings.law];
+    const begun = this.#history.length > 0;
+    const turned = begun && (gives === undefined || gives.endsWith(".WOB") || gives.endsWith(".speed_ref"));
+    const omega = turned ? this.#history.last("Omega") : settings.omega;
+    const weight = begun && gives?.endsWith(".WOB") !== true ? this.#history.last("WOB") : settings.weight;
+    this.#map.draw(settings, omega, weight);
   }
 
   #numbers(now: number): void {
-    const { ssi, state } = this.motion;
-    const { units } = this.#settings;
-    const word = Number.isFinite(ssi) ? ssi.toFixed(2) : "–";
-    const shown = (name: "bit_speed" | "top_speed" | "bit_torque" | "top_torque" | "energy", of: string): string => {
-      const { symbol, factor } = unit(units, of);
-      return `${(this.#history.last(name) * factor).toFixed(2)} ${symbol}`;
-    };
+    const moving = this.motion;
+    const { ssi, state } = moving;
     const verdict = element("verdict");
     verdict.dataset["state"] = state === "stuck" ? "sticking" : state;
-    verdict.textContent = `${VERDICTS[state]}${this.#paused ? ", paused" : ""}`;
-    const all: [string, string][] = [
-      ["Time", `${this.time.toFixed(1)} s`], ["SSI", word], ["Bit speed", shown("bit_speed", "rad/s")],
-      ["Top speed", shown("top_speed", "rad/s")], ["Torque on bit", shown("bit_torque", "N.m")],
-      ["Torque at the top", shown("top_torque", "N.m")], ["Energy", shown("energy", "J")],
-    ];
-    const list = element("numbers");
-    if (list.children.length !== all.length) {
-      list.innerHTML = all.map(() => "<div><dt></dt><dd></dd></div>").join("");
-    }
-    all.forEach(([name, value], index) => {
-      const [term, text] = list.children[index]?.children ?? [];
-      (term as HTMLElement).textContent = name;
-      (text as HTMLElement).textContent = value;
-    });
+    verdict.textContent = element("trouble").hidden ? `${VERDICTS[state]}${this.#paused ? ", paused" : ""}` : "Not running";
+    showNumbers(element("numbers"), this.#history, moving, this.#settings);
     if (state !== this.#state && now >= this.#nextWord && state !== "starting") {
       this.#state = state;
       this.#nextWord = now + 2000; // a reader that is told more hears nothing
-      element("live").textContent = `${VERDICTS[state]}, SSI ${word}`;
+      element("live").textContent = `${VERDICTS[state]}, SSI ${severityWord(ssi)}`;
     }
-    if (this.#settings.law === "none" && !this.#paused) {
-      const moving = this.#history.length > 1 && this.#history.last("Omega") !== this.#settings.omega;
-      this.#mapChanged ||= moving || this.#history.last("WOB") !== this.#settings.weight;
-    }
+    const [omega, weight] = [this.#history.last("Omega"), this.#history.last("WOB")];
+    this.#mapChanged ||= !this.#paused && (omega !== this.#settings.omega || weight !== this.#settings.weight);
   }
 
   #show(): void {
     const settings = this.#settings;
     this.#controls.show(settings);
-    element<HTMLSelectElement>("law").value = settings.law;
-    element<HTMLSelectElement>("units").value = settings.units;
+    this.#gains.show(settings);
+    for (const name of ["law", "units", "drive-kind", "feed"] as const) {
+      element<HTMLSelectElement>(name).value = settings[name === "drive-kind" ? "drive" : name];
+    }
+    const drive = element<HTMLSelectElement>("drive-kind");
+    drive.disabled = LAWS[settings.law].needsDrive === true;
+    drive.value = hasDrive(settings) ? "top_drive" : "ideal";
+    const feed = element<HTMLSelectElement>("feed");
+    feed.disabled = LAWS[settings.law].gives === "law.WOB";
+    feed.value = hasDriller(settings) ? "autodriller" : "direct";
+    element("gains").hidden = settings.law === "none";
+    element("switch").hidden = !Object.values(LAWS[settings.law].set ?? {}).includes("enabled");
+    element<HTMLInputElement>("enabled").checked = settings.enabled;
     const { symbol, factor } = unit(settings.units, "m");
     element("length").textContent = `${(settings.string.L * factor).toFixed(0)} ${symbol}`;
   }
@@ -288,7 +293,7 @@ class Page {
   #keepAddress(): void {
     clearTimeout(this.#addressTimer);
     this.#addressTimer = setTimeout(() => {
-      const address = toAddress(this.#settings, this.#standard);
+      const address = toAddress(this.#settings, this.#standard, TABLES);
       if (location.hash.replace(/^#/, "") !== address) {
         history.replaceState(null, "", `#${address}`);
       }
@@ -296,7 +301,13 @@ class Page {
   }
 
   #listen(): void {
-    this.#fillLists();
+    fillLists(this.#standard, () => this.#settings, (settings) => this.change(settings), (settings) => this.take(settings));
+    const enabled = element<HTMLInputElement>("enabled");
+    enabled.addEventListener("change", () => this.change({ ...this.#settings, enabled: enabled.checked }));
+    const alone = element<HTMLAnchorElement>("alone");
+    alone.hidden = !EMBEDDED;
+    alone.addEventListener("click", () => (alone.href = this.#link()));
+    alone.href = this.#link();
     element("pause").addEventListener("click", () => this.pause(!this.#paused));
     element("from-rest").addEventListener("click", () => this.start("rest"));
     element("from-steady").addEventListener("click", () => this.start("steady"));
@@ -312,29 +323,16 @@ class Page {
       this.#traces.resize();
       [this.#fresh, this.#mapChanged] = [true, true];
     });
-    window.addEventListener("hashchange", () => this.take(fromAddress(location.hash, this.#standard, this.#limits)));
+    window.addEventListener("hashchange", ({ newURL }) => {
+      // not location.hash, into which the address of before may just have been written
+      this.take(fromAddress(new URL(newURL).hash, this.#standard, this.#limits, TABLES));
+    });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-      this.#traces.build(this.#settings.units);
+      this.#traces.build(this.#settings);
       [this.#fresh, this.#mapChanged] = [true, true];
     });
     document.addEventListener("keydown", (event) => this.#key(event));
     this.#listenToMap();
-  }
-
-  #fillLists(): void {
-    const law = element<HTMLSelectElement>("law");
-    Object.entries(LAWS).forEach(([name, text]) => law.add(new Option(text, name)));
-    law.addEventListener("change", () => this.change({ ...this.#settings, law: law.value as Settings["law"] }));
-    const preset = element<HTMLSelectElement>("preset");
-    preset.add(new Option("choose one", ""));
-    PRESETS.forEach(({ name }, index) => preset.add(new Option(name, String(index))));
-    preset.addEventListener("change", () => {
-      const chosen = preset.value === "" ? undefined : PRESETS[Number(preset.value)];
-      if (chosen) {
-        const { units, speed } = this.#settings;
-        this.take(changed({ ...this.#standard, units, speed }, chosen.changes));
-      }
-    });
   }
 
   #listenToMap(): void {
@@ -367,6 +365,8 @@ class Page {
     if (event.key === " ") {
       event.preventDefault();
       this.pause(!this.#paused);
+    } else if (event.key.toLowerCase() === "l" && !element("switch").hidden) {
+      this.change({ ...this.#settings, enabled: !this.#settings.enabled });
     } else if (["r", "s"].includes(event.key.toLowerCase())) {
       this.start(event.key.toLowerCase() === "r" ? "rest" : "steady");
     }
@@ -380,14 +380,19 @@ class Page {
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   }
 
+  /** The page by itself with what is set, whether it is inside another or not. */
+  #link(): string {
+    return `${location.href.replace(/[?#].*$/s, "")}#${toAddress(this.#settings, this.#standard, TABLES)}`;
+  }
+
   async #share(): Promise<void> {
-    history.replaceState(null, "", `#${toAddress(this.#settings, this.#standard)}`);
     const button = element("share");
     try {
-      await navigator.clipboard.writeText(location.href);
+      await navigator.clipboard.writeText(this.#link());
       button.textContent = "Copied";
     } catch {
-      button.textContent = "See the address bar";
+      history.replaceState(null, "", `#${toAddress(this.#settings, this.#standard, TABLES)}`);
+      button.textContent = EMBEDDED ? "Open it alone" : "See the address bar";
     }
     setTimeout(() => (button.textContent = "Copy link"), 2000);
   }

@@ -4,6 +4,7 @@ import { Core } from "./core";
 import { AXES, kind, type Kind, type MapAnswer, type MapOrder, type Square } from "./orders";
 import type { Settings } from "./settings";
 import { severity } from "./severity";
+import { models } from "./system";
 
 const COARSEST = 8; // cells of the finest grid along a square of the coarsest
 
@@ -52,12 +53,12 @@ class Grid {
   }
 }
 
-/** Places of a grid to be computed: all, but of the finest grid only those where the one before it is mixed. */
+/** Places of a grid to be computed: all, or only those where the one before it is mixed. */
 function places(size: number, before: Grid | null): [number, number][] {
   const found: [number, number][] = [];
   for (let row = 0; row < AXES.cells; row += size) {
     for (let column = 0; column < AXES.cells; column += size) {
-      if (size > 1 || before === null || before.isMixed(column, row)) {
+      if (before === null || before.isMixed(column, row)) {
         found.push([column, row]);
       }
     }
@@ -66,11 +67,11 @@ function places(size: number, before: Grid | null): [number, number][] {
 }
 
 async function map(loaded: Core, settings: Settings, run: number): Promise<void> {
-  const finest = settings.law === "none" ? 1 : 2; // a law takes ten times as long
+  const finest = models(settings).length === 0 ? 1 : 2; // what acts on the string takes ten times as long
   let before: Grid | null = null;
   for (let size = COARSEST; size >= finest; size /= 2) {
     const grid = new Grid(size);
-    const all = places(size, before);
+    const all = places(size, size === finest ? before : null);
     let squares: Square[] = [];
     let last = performance.now();
     for (const [index, [column, row]] of all.entries()) {

@@ -8,7 +8,6 @@ export const COLUMNS = [
   "time", "Omega", "WOB", "bit_speed", "top_speed", "bit_torque", "top_torque", "energy", "bit_stuck", "stuck_time",
   "bit_angle", "top_angle",
 ] as const;
-export const WIDTH = COLUMNS.length;
 /** Places along the string at which its torque is shown. */
 export const STATIONS = 96;
 

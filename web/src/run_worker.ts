@@ -5,15 +5,28 @@ import { COLUMNS, type Answer, type Order } from "./orders";
 import { replay } from "./replay";
 import { Rig } from "./rig";
 import type { Settings } from "./settings";
+import { shown } from "./shown";
+import type { Model } from "./core";
 import { Waves } from "./waves";
 
 let core: Core | null = null;
 let rig: Rig | null = null;
 let waves: Waves | null = null;
 let run = 0;
+let columns: (readonly [Model, number])[] = [];
+
+/** Where the numbers of a row lie, but for the time. */
+function places(now: Rig): (readonly [Model, number])[] {
+  const ports = [...COLUMNS.filter((name) => name !== "time").map((name) => `plant.${name}`), ...shown(now.settings).map(({ port }) => port)];
+  return ports.map((port) => {
+    const [name = "", variable = ""] = port.split(".");
+    const model = now.part(name);
+    return [model, model.reference(variable)];
+  });
+}
 
 function row(now: Rig): number[] {
-  return COLUMNS.map((name) => (name === "time" ? now.time : now.plant.get(name)));
+  return [now.time, ...columns.map(([model, reference]) => model.values[reference] as number)];
 }
 
 function answer(rows: number[]): void {
@@ -29,6 +42,7 @@ function start(settings: Settings): void {
   if (core) {
     rig = new Rig(core, settings);
     waves = new Waves(rig);
+    columns = places(rig);
     answer(row(rig));
   }
 }
@@ -56,9 +70,7 @@ async function obey(order: Order): Promise<void> {
       start(order.settings);
       break;
     case "set":
-      if (rig) {
-        rig.settings = order.settings;
-      }
+      rig?.tune(order.settings);
       break;
     case "advance":
       if (order.run === run) {

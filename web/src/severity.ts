@@ -1,6 +1,7 @@
 /** How a run ends: its stick-slip index, and whether the bit still sticks. */
 
 import type { Core } from "./core";
+import type { Gain } from "./laws";
 import { Rig } from "./rig";
 import type { From, Settings } from "./settings";
 
@@ -8,6 +9,7 @@ const SETTLING = 50; // s
 const WINDOW = 10; // s
 const MOST_WINDOWS = 25; // near the threshold a swing takes minutes to grow or to die away
 const SETTLED = 1e-3; // SSI of a swing that dies away
+const STEADY = 0.05; // SSI of even rotation that noise of the sensors does not let settle
 
 export interface Severity {
   /** (peak - minimum) / (2 mean) of the bit speed; infinite for a bit that does not turn */
@@ -20,8 +22,9 @@ export function severity(core: Core, settings: Settings, from: From): Severity {
   const rig = new Rig(core, { ...settings, from, omegaRamp: 0, weightRamp: 0 });
   try {
     rig.leap(Math.round(SETTLING / rig.step));
+    const settled = isNoisy(settings) ? STEADY : SETTLED;
     let found = watch(rig);
-    for (let window = 1; window < MOST_WINDOWS && !found.sticks && found.ssi > SETTLED; ++window) {
+    for (let window = 1; window < MOST_WINDOWS && !found.sticks && found.ssi > settled; ++window) {
       found = watch(rig);
     }
     return found;
@@ -30,12 +33,16 @@ export function severity(core: Core, settings: Settings, from: From): Severity {
   }
 }
 
+function isNoisy({ gains }: Settings): boolean {
+  return ["TopDrive.speed_noise", "TopDrive.torque_noise"].some((name) => (gains[name as Gain] ?? 0) > 0);
+}
+
 function watch(rig: Rig): Severity {
   const { plant } = rig;
   const [angle, stuck] = [plant.get("bit_angle"), plant.get("stuck_time")];
   let [least, most] = [Infinity, -Infinity];
   // the extremes are those since the last exchange with the law
-  const leaps = rig.settings.law === "none" ? 1 : Math.round(WINDOW / rig.step);
+  const leaps = rig.isAlone ? 1 : Math.round(WINDOW / rig.step);
   for (let leap = 0; leap < leaps; ++leap) {
     rig.leap(Math.round(WINDOW / rig.step / leaps));
     least = Math.min(least, plant.get("bit_speed_min"));

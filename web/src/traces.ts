@@ -2,15 +2,21 @@
 
 import uPlot from "uplot";
 import type { History } from "./history";
-import { unit, type UnitSystem } from "./settings";
+import { unit, type Settings } from "./settings";
+import { shown } from "./shown";
 
-type Name = "Omega" | "bit_speed" | "top_speed" | "bit_torque" | "top_torque" | "energy";
+interface Line {
+  readonly name: string;
+  readonly label: string;
+  readonly colour: string;
+  readonly dash?: number[];
+}
 
 interface Trace {
   readonly id: string;
   readonly unit: string;
   readonly title: string;
-  readonly lines: readonly { readonly name: Name; readonly label: string; readonly colour: string; readonly dash?: number[] }[];
+  readonly lines: readonly Line[];
 }
 
 const TRACES: readonly Trace[] = [
@@ -35,24 +41,31 @@ const MOST_POINTS = 1500;
 
 export class Traces {
   #plots: uPlot[] = [];
+  #traces: readonly Trace[] = TRACES;
 
-  /** Draw them anew, for other units or colours. */
-  build(system: UnitSystem): void {
+  /** Draw them anew, for other lines, units or colours. */
+  build(settings: Settings): void {
     this.#plots.forEach((plot) => plot.destroy());
     const style = getComputedStyle(document.documentElement);
-    this.#plots = TRACES.map((trace) => {
+    const more = shown(settings);
+    this.#traces = TRACES.map((trace) => {
+      const own = more.filter((each) => `trace-${each.trace}` === trace.id);
+      const lines = own.map(({ port, line = port }): Line => ({ name: port, label: line, colour: "--good", dash: [2, 3] }));
+      return { ...trace, lines: [...trace.lines, ...lines] };
+    });
+    this.#plots = this.#traces.map((trace) => {
       const place = document.getElementById(trace.id) as HTMLElement;
-      const { symbol, factor } = unit(system, trace.unit);
+      const { symbol, factor } = unit(settings.units, trace.unit);
       const probe = (name: string): string => colour(style, name);
       const axis = { stroke: probe("--ink"), grid: { stroke: probe("--edge"), width: 0.5 }, ticks: { stroke: probe("--edge") } };
       place.setAttribute("role", "img");
       place.setAttribute("aria-label", `${trace.title} in ${symbol} over time in s`);
       return new uPlot(
         {
-          width: Math.max(place.clientWidth, 120), height: 190, pxAlign: 0,
+          width: Math.max(place.clientWidth, 120), height: height(place), pxAlign: 0,
           title: "", cursor: { show: false }, legend: { live: false, isolate: false },
-          scales: { x: { time: false } },
-          axes: [{ ...axis, label: "time [s]", labelSize: 18, size: 32 }, { ...axis, label: `${trace.title} [${symbol}]`, labelSize: 18, size: 48 }],
+          scales: { x: { time: false }, y: { range: (_plot, low, high) => [Math.min(0, 1.05 * low), Math.max(1, 1.05 * high)] } },
+          axes: [{ ...axis, size: 32, ...(height(place) < 150 ? {} : { label: "time [s]", labelSize: 18 }) }, { ...axis, label: height(place) < 150 ? symbol : `${trace.title} [${symbol}]`, labelSize: 18, size: 48, space: 26 }],
           series: [
             { label: "time" },
             ...trace.lines.map((line) => ({
@@ -71,13 +84,13 @@ export class Traces {
   resize(): void {
     this.#plots.forEach((plot, index) => {
       const place = document.getElementById(TRACES[index]?.id ?? "");
-      if (place && Math.abs(place.clientWidth - plot.width) > 1) {
-        plot.setSize({ width: Math.max(place.clientWidth, 120), height: 190 });
+      if (place && (Math.abs(place.clientWidth - plot.width) > 1 || height(place) !== plot.height)) {
+        plot.setSize({ width: Math.max(place.clientWidth, 120), height: height(place) });
       }
     });
   }
 
-  show(history: History, span: number, system: UnitSystem): void {
+  show(history: History, span: number, { units }: Settings): void {
     const first = history.since(span);
     const every = Math.max(1, Math.ceil((history.length - first) / MOST_POINTS));
     const begin = first + ((every - (first % every)) % every); // always the same rows, or the lines would flicker
@@ -88,17 +101,22 @@ export class Traces {
       }
       return out;
     };
-    const time = picked(history.columns.time, 1);
+    const time = picked(history.column("time"), 1);
     const end = history.last("time");
     this.#plots.forEach((plot, index) => {
-      const trace = TRACES[index] as Trace;
-      const { factor } = unit(system, trace.unit);
+      const trace = this.#traces[index] as Trace;
+      const { factor } = unit(units, trace.unit);
       plot.batch(() => {
-        plot.setData([time, ...trace.lines.map((line) => picked(history.columns[line.name], factor))], true);
+        plot.setData([time, ...trace.lines.map((line) => picked(history.column(line.name), factor))], true);
         plot.setScale("x", { min: Math.max(0, end - span), max: Math.max(span, end) });
       });
     });
   }
+}
+
+/** px, of a trace, as the style sheet has it */
+function height(place: HTMLElement): number {
+  return Number.parseInt(getComputedStyle(place).getPropertyValue("--height"), 10) || 190;
 }
 
 /** A colour of the style sheet as it is in light or dark. */

@@ -132,7 +132,7 @@ def repacked(path: Path, rename: Callable[[str], str], *more: str) -> Path:
 
 
 @pytest.mark.parametrize("more", ["./", "resources/./table.csv", ""])
-def test_a_folder_that_is_named_by_a_dot_is_where_it_is_and_fails_the_check(
+def test_a_folder_that_is_named_by_a_dot_is_where_it_is_and_is_said(
     probe: Path, caplog: pytest.LogCaptureFixture, more: str
 ) -> None:
     fmu = repacked(probe, str, more) if more else repacked(probe, lambda name: f"./{name}")
@@ -141,8 +141,6 @@ def test_a_folder_that_is_named_by_a_dot_is_where_it_is_and_fails_the_check(
     first = f"'{more}'" if more else r"'\./modelDescription\.xml', and those of \d+ more,"
     expected = f"repacked\\.fmu: tolerated: the name of the member {first} has a part that is a dot"
     assert re.fullmatch(expected, said)
-    report = check_fmu(fmu)
-    assert any("a part that is a dot" in each.found for each in report.findings if each.verdict is Verdict.FAILED)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows drops the dot")

@@ -130,10 +130,10 @@ PIN     := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --gen
     --no-annotate --no-header --no-emit-index-url --custom-compile-command "make pins" pyproject.toml
 pins: setup
 	cp requirements/test.txt requirements/all.txt
-	$(PIN) $(UPGRADE) --extra build --extra theory --extra stream --extra data --extra report --extra dask --extra container --extra test --extra docs --extra bench \
+	$(PIN) $(UPGRADE) --extra build --extra theory --extra stream --extra data --extra report --extra dask --extra sensitivity --extra container --extra test --extra docs --extra bench \
 	    -o requirements/all.txt
 	$(PIN) -c requirements/all.txt --extra build -o requirements/run.txt
-	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra data --extra report --extra dask \
+	$(PIN) -c requirements/all.txt --extra build --extra theory --extra stream --extra data --extra report --extra dask --extra sensitivity \
 	    --extra container --extra test -o requirements/test.txt
 	$(PIN) -c requirements/all.txt --extra bench -o requirements/bench.txt
 	$(PIN) -c requirements/all.txt --extra docs --extra theory -o requirements/docs.txt

@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from cosim.drilling.sensitivity import sobol_indices
     from cosim.errors import CosimError, InputError, LoopError, RunError, SlaveError
     from cosim.master.co_simulation import co_simulate
     from cosim.recording.figure import View, plot
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from cosim.run.trajectory import open_trajectory
     from cosim.scenario.file import load_scenario, scenario_names
     from cosim.scenario.scenario import Scenario, Variant
-    from cosim.sweeps.reading import open_sweep
+    from cosim.sweeps.reading import open_series, open_sweep, quantile_bands
     from cosim.sweeps.sweep import sweep
     from cosim.system.method import Method
     from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp
@@ -55,15 +56,18 @@ __all__ = [
     "co_simulate",
     "load_scenario",
     "open_run",
+    "open_series",
     "open_sweep",
     "open_trajectory",
     "open_variants",
     "plot",
+    "quantile_bands",
     "ramp",
     "read_column",
     "read_table",
     "scenario_names",
     "simulate",
+    "sobol_indices",
     "stream",
     "sweep",
 ]
@@ -93,15 +97,18 @@ _HOMES = {
     "co_simulate": "cosim.master.co_simulation",
     "load_scenario": "cosim.scenario.file",
     "open_run": "cosim.run.opened",
+    "open_series": "cosim.sweeps.reading",
     "open_sweep": "cosim.sweeps.reading",
     "open_trajectory": "cosim.run.trajectory",
     "open_variants": "cosim.run.opened",
     "plot": "cosim.recording.figure",
+    "quantile_bands": "cosim.sweeps.reading",
     "ramp": "cosim.system.signals",
     "read_column": "cosim.system.table_file",
     "read_table": "cosim.system.table_file",
     "scenario_names": "cosim.scenario.file",
     "simulate": "cosim.run.simulation",
+    "sobol_indices": "cosim.drilling.sensitivity",
     "stream": "cosim.run.stream",
     "sweep": "cosim.sweeps.sweep",
 }

@@ -317,8 +317,9 @@ def test_no_test_uses_a_private_name_of_the_product() -> None:
 
 
 def test_what_runs_and_shows_knows_drilling_by_its_reporting_alone() -> None:
-    # a command shows maps, which nothing that runs knows of
-    for part, known in (("run", {"reporting"}), ("sweeps", {"reporting"}), ("cli", {"reporting", "severity_map"})):
+    # commands show maps, bands and indices, which nothing that runs knows of
+    shown = {"reporting", "severity_map", "sensitivity", "uncertainty"}
+    for part, known in (("run", {"reporting"}), ("sweeps", {"reporting"}), ("cli", shown)):
         for path in (ROOT / "cosim" / part).glob("*.py"):
             words = re.findall(r"cosim\.drilling(?: import |\.)(\w+)", path.read_text(encoding="utf-8"))
             assert set(words) <= known, path.name

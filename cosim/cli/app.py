@@ -34,7 +34,7 @@ from cosim.cli.arguments import (
     read_streaming,
     seconds,
 )
-from cosim.cli.sweeping import draw_map, sweep
+from cosim.cli.sweeping import draw_map, sensitivity, sweep
 from cosim.cli.terminal import SafeConsole, new_console, prepare_step_loop, print_manifest, progress_bar, sentences
 from cosim.errors import InputError
 from cosim.fmi2.isolation import Limits
@@ -162,8 +162,17 @@ def resume(
 
 @app.command()
 def plot(
-    folders: Annotated[list[Path], typer.Argument(help="Of finished runs.", metavar="FOLDER...")],
+    folders: Annotated[
+        list[Path], typer.Argument(help="Of finished runs, or stores of sweeps with --keep.", metavar="FOLDER...")
+    ],
     signal: Annotated[list[str] | None, typer.Option(help="What to show, component.variable; repeatable.")] = None,
+    at: Annotated[
+        list[str] | None, typer.Option(help="Of sweeps: which point, component.variable=value; repeatable.")
+    ] = None,
+    quantile: Annotated[
+        list[float] | None,
+        typer.Option(help="Of sweeps with samples: in per cent, by default 5 25 50 75 95; repeatable."),
+    ] = None,
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; repeatable.")] = None,
     begin: Annotated[
         float | None, typer.Option("--from", help="When to begin.", parser=seconds, metavar="TIME")
@@ -174,13 +183,14 @@ def plot(
     format_: Annotated[str | None, typer.Option("--format", help="png, svg or pdf, by default as the file.")] = None,
     output: Annotated[Path | None, typer.Option(help="File for the figure, by default plot.png.")] = None,
 ) -> None:
-    """Draw finished runs over time, beside each other or over each other, into one figure."""
+    """Draw finished runs, or points and quantiles of sweeps, over time, beside or over each other, into one figure."""
     from cosim.cli.figure import draw_runs
 
     with sentences():
         times = (-math.inf if begin is None else begin, math.inf if end is None else end)
         looks: Looks = {"begin": times[0], "end": times[1], "overlay": overlay, "units": units}
-        target = draw_runs(folders, signal or (), variant or (), looks, format_, output)
+        places = tuple(at or ()), tuple(quantile or ())
+        target = draw_runs(folders, signal or (), variant or (), looks, format_, output, places)
         new_console().print(Text(f"wrote {target}"), soft_wrap=True)
 
 
@@ -307,6 +317,7 @@ def league(
 
 app.command()(sweep)
 app.command("map")(draw_map)
+app.command()(sensitivity)
 
 
 @app.command()

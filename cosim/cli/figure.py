@@ -1,13 +1,15 @@
-"""Draw finished runs from their folders into one figure."""
+"""Draw finished runs from their folders, or what sweeps have kept over time, into one figure."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cosim.errors import InputError, OutputError
 from cosim.files import why
+from cosim.sweeps.reading import MARK
+from cosim.system.field_units import in_unit
 
 if TYPE_CHECKING:
     from cosim.drilling.reporting import Looks
@@ -23,8 +25,9 @@ def draw_runs(
     looks: Looks,
     kind: str | None,
     output: Path | None,
+    places: tuple[Sequence[str], Sequence[float]] = ((), ()),
 ) -> Path:
-    """Draw runs into a file, and return its path.
+    """Draw runs, or sweeps, into a file, and return its path.
 
     Parameters
     ----------
@@ -38,6 +41,8 @@ def draw_runs(
         ``"png"``, ``"svg"`` or ``"pdf"``, by default as the file's name ends.
     output : Path, optional
         The file, by default ``plot`` with that ending.
+    places : (sequence of str, sequence of float)
+        Of sweeps: the point of the grid, ``name=value`` each, and which quantiles of samples, in per cent.
 
     Raises
     ------
@@ -50,12 +55,65 @@ def draw_runs(
     target = output or Path(f"{_USUAL}.{kind or 'png'}")
     if kind is not None and target.suffix != f".{kind}":
         raise InputError(f"{target}: expected a name that ends in .{kind}, as --format says")
+    stores = [folder for folder in folders if (folder / MARK).is_file()]
+    if stores:
+        return _draw_sweeps(stores, folders, signals, variants, looks, target, places)
+    if places != ((), ()):
+        raise InputError("--at and --quantile are for sweeps; expected stores of such")
     results = _results(folders, variants)
     try:
         draw(target, "", results, view_of(next(iter(results.values())), signals, **looks))
     except OSError as error:
         raise OutputError(f"{target} cannot be written: {why(error)}") from error
     return target
+
+
+def _draw_sweeps(
+    stores: Sequence[Path],
+    folders: Sequence[Path],
+    signals: Sequence[str],
+    variants: Sequence[str],
+    looks: Looks,
+    target: Path,
+    places: tuple[Sequence[str], Sequence[float]],
+) -> Path:
+    """Draw what sweeps have kept over time: bands of quantiles where they have samples, else lines."""
+    from cosim.drilling.uncertainty import draw_bands
+    from cosim.sweeps.reading import QUANTILES, SAMPLE, open_series, quantile_bands
+
+    if len(stores) < len(folders):
+        other = next(folder for folder in folders if folder not in stores)
+        raise InputError(f"{other} is no store of a sweep, as {stores[0]} is; expected one kind of folders")
+    if variants:
+        raise InputError("--variant is for runs; a sweep is of one variant")
+    parts = [each / 100.0 for each in places[1]]
+    found: dict[str, Any] = {}
+    for store in stores:
+        series = open_series(store)
+        at = dict(_place(text, series) for text in places[0])
+        sampled = SAMPLE in series.dims and SAMPLE not in at
+        if parts and not sampled:
+            raise InputError(
+                f"{store} has no samples to take quantiles of; expected a sweep with --sample or --uncertain"
+            )
+        found[str(store)] = quantile_bands(store, parts or QUANTILES, at) if sampled else open_series(store, at)
+    try:
+        draw_bands(target, found, signals, **looks)
+    except OSError as error:
+        raise OutputError(f"{target} cannot be written: {why(error)}") from error
+    return target
+
+
+def _place(text: str, series: Any) -> tuple[str, Any]:
+    """Read ``name=value``, a number with or without unit where the dimension has numbers."""
+    name, equals, said = (part.strip() for part in text.partition("="))
+    if not equals or not name or not said:
+        raise InputError(f"--at {text}: expected the form component.variable=value")
+    if name not in series.coords:
+        return name, int(said) if said.isdigit() else said
+    if series[name].dtype.kind not in "fiu":
+        return name, said
+    return name, in_unit(said, str(series[name].attrs.get("units", "")), name)
 
 
 def _results(folders: Sequence[Path], variants: Sequence[str]) -> dict[str, Result]:

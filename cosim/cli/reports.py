@@ -12,7 +12,7 @@ from cosim.report import maps, runs
 from cosim.report.page import write_page
 from cosim.run.report import MANIFEST
 from cosim.sweeps import told as sweep_pages
-from cosim.sweeps.told import MARK
+from cosim.sweeps.reading import MARK
 from cosim.system.field_units import shown_in
 
 

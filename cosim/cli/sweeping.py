@@ -6,25 +6,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.table import Table
 from rich.text import Text
 
 from cosim.cli.arguments import (
     AlgorithmOption,
     GridOption,
     PackagingOption,
+    ParametersOption,
     SampleOption,
     ScenarioArgument,
     SetOption,
     StepSizeOption,
     StopTimeOption,
-    read_override,
+    read_overrides,
+    seconds,
 )
 from cosim.cli.terminal import new_console, progress_bar, sentences
-from cosim.errors import InputError
+from cosim.errors import InputError, printable
 
 if TYPE_CHECKING:
     from cosim.sweeps.design import Spread
-    from cosim.system.signals import Value
 
 
 def sweep(
@@ -34,14 +37,30 @@ def sweep(
     uncertain: Annotated[
         Path | None, typer.Option(help="A .toml file of distributions that are sampled as well.", metavar="FILE.toml")
     ] = None,
-    count: Annotated[int, typer.Option(help="How many samples.")] = 1024,
-    sampling: Annotated[str, typer.Option(help="How to sample: latin-hypercube or sobol.")] = "latin-hypercube",
+    count: Annotated[
+        int, typer.Option(help="How many samples; by saltelli times the number of variables, and two.")
+    ] = 1024,
+    sampling: Annotated[
+        str, typer.Option(help="How to sample: latin-hypercube, sobol, or saltelli, for `cosim sensitivity`.")
+    ] = "latin-hypercube",
     seed: Annotated[int, typer.Option(min=0, help="Of the samples.")] = 0,
     branch: Annotated[
         str, typer.Option(help="rest: each point begins anew; up or down: it goes on from the one before.")
     ] = "rest",
     along: Annotated[str | None, typer.Option(help="With up or down: along which input; by default the first.")] = None,
+    keep: Annotated[
+        list[str] | None,
+        typer.Option(help="Output to keep over time at some points, component.variable; repeatable."),
+    ] = None,
+    keep_every: Annotated[
+        float | None,
+        typer.Option(help="With --keep: time between values, by default about 0.1 s.", parser=seconds, metavar="TIME"),
+    ] = None,
+    keep_points: Annotated[
+        int, typer.Option(help="With --keep: at how many points of the grid, spread evenly; of samples, all.")
+    ] = 100,
     set_: SetOption = None,
+    parameters: ParametersOption = None,
     variant: Annotated[str | None, typer.Option(help="Which variant; by default the first.")] = None,
     packaging: PackagingOption = "native",
     algorithm: AlgorithmOption = None,
@@ -57,11 +76,13 @@ def sweep(
 ) -> None:
     """Run a scenario over grids and samples, on all processors or a cluster; interrupted, the same command goes on."""
     from cosim.run.options import RunOptions
+    from cosim.scenario.file import opened_scenario
     from cosim.sweeps.sweep import sweep as run_sweep
 
     with sentences():
         path = output or Path("runs", f"{Path(scenario).stem}.zarr")
-        overrides: dict[str, Value] = dict(read_override(text) for text in set_ or ())
+        with opened_scenario(scenario, stop_time, step_size) as loaded:
+            overrides = read_overrides(loaded, packaging, parameters, set_)
         options = RunOptions(
             packaging=packaging,
             algorithm=algorithm,
@@ -81,6 +102,9 @@ def sweep(
                 seed=seed,
                 branch=branch,
                 along=along,
+                keep=keep or (),
+                keep_every=keep_every,
+                keep_points=keep_points,
                 workers=workers,
                 scheduler=scheduler,
                 options=options,
@@ -161,3 +185,65 @@ def draw_map(
         except OSError as error:
             raise OutputError(f"{path} cannot be written: {why(error)}") from error
         new_console().print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+def sensitivity(
+    store: Annotated[Path, typer.Argument(help="Of a sweep with --sampling saltelli.", metavar="STORE")],
+    confidence: Annotated[
+        float, typer.Option(help="How likely an index is to lie in its interval, in per cent.")
+    ] = 95.0,
+    units: Annotated[str, typer.Option(help="Units to show: metric (rpm, kN), field (rpm, klbf) or si.")] = "metric",
+    output: Annotated[
+        Path | None, typer.Option(help="The .png file to write, and beside it a .csv; by default named like the store.")
+    ] = None,
+) -> None:
+    """Tell what stick-slip and its linear threshold depend on, of all that was sampled: Sobol indices of a sweep."""
+    from cosim.drilling.sensitivity import indices_of_all
+    from cosim.drilling.uncertainty import draw_indices, write_indices
+    from cosim.errors import OutputError
+    from cosim.files import why
+    from cosim.sweeps.reading import open_sweep
+
+    with sentences():
+        with progress_bar() as bar:
+            found, left = indices_of_all(open_sweep(store), confidence / 100.0, bar.one_task("estimating"))
+        path = output or store.with_name(f"{store.stem}-indices.png")
+        try:
+            draw_indices(path, {each.attrs["long_name"]: each for each in found.values()}, units)
+            write_indices(path.with_suffix(".csv"), found)
+        except OSError as error:
+            raise OutputError(f"{path} cannot be written: {why(error)}") from error
+        console = new_console()
+        for each in found.values():
+            _print_indices(console, each, units)
+        for sentence in (*left, f"wrote {path} and {path.with_suffix('.csv').name}"):
+            console.print(Text(sentence), soft_wrap=True)
+
+
+def _print_indices(console: Console, indices: Any, units: str) -> None:
+    """Show indices, of several points those in the middle; those of a whole map are for the figure."""
+    from cosim.system.field_units import shown_in
+
+    over = [str(name) for name in indices["left_out"].dims]
+    if len(over) > 1:
+        return
+    point = indices.isel({name: indices.sizes[name] // 2 for name in over})
+    title = str(indices.attrs["long_name"])
+    for name in over:
+        unit, factor = shown_in(str(indices[name].attrs.get("units", "")), units)
+        value = point[name].item()
+        title += f", at {name} = {value if isinstance(value, str) else f'{value * factor:.6g} {unit}'.strip()}"
+    console.print(Text(title, style="bold"), soft_wrap=True)
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2))
+    table.add_column("variable", no_wrap=True)
+    for heading in ("first order", "total"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name in indices["variable"].values.tolist():
+        each = point.sel(variable=name)
+        cells = [(float(each[kind]), float(each[f"{kind}_confidence"])) for kind in ("first", "total")]
+        table.add_row(
+            Text(printable(name)), *("-" if value != value else f"{value:.3f} +- {half:.3f}" for value, half in cells)
+        )
+    console.print(table)
+    if bool(point["total"].isnull().all()):
+        console.print(Text("it does not vary"))

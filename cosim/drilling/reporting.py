@@ -22,13 +22,13 @@ from cosim.recording.figure import MOST_PANELS, View
 from cosim.recording.result import Column, Result
 
 __all__ = [
-    "Findings", "Looks", "default_signals", "draw", "find", "headings", "rotation_of", "severity_of", "view_of",
-    "watched",
+    "NAMES", "Findings", "Looks", "default_signals", "draw", "find", "headings", "rotation_of", "severity_of",
+    "view_of", "watched",
 ]  # fmt: skip
 
 Found = TypeVar("Found")
 
-_NAMES = {
+NAMES = {
     "bit_speed": "Bit speed",
     "bit_torque": "Torque on bit",
     "top_speed": "Top speed",
@@ -36,6 +36,7 @@ _NAMES = {
     "WOB": "Weight on bit",
     "Omega": "Drive speed",
 }
+"""Words for variables, by their names."""
 
 
 STEADY = 0.5
@@ -175,7 +176,7 @@ def draw(path: Path, title: str, results: Mapping[str, Result], signals: Sequenc
 def view_of(result: Result, signals: Sequence[str] = (), **how: Unpack[Looks]) -> View:
     """Return how to show a result: variables by what they are called in drilling, and by default those of the bit."""
     shown = list(signals) or default_signals({name: result[name].dtype for name in result.names})
-    return View(shown, names=_NAMES, **how)
+    return View(shown, names=NAMES, **how)
 
 
 def default_signals(types: Mapping[str, np.dtype[Any]]) -> list[str]:

@@ -125,7 +125,7 @@ def read_map(dataset: Any, quantity: str | None = None) -> Map:
     x_name, y_name = sorted(plane, key=lambda name: not name.endswith(".Omega"))
     order = (*([_SAMPLE] if _SAMPLE in over else ()), y_name, x_name)
     kept = {name: np.asarray(dataset[name].transpose(*order).values) for name in ("failed", *known)}
-    unstable, failed = _unstable(kept), kept["failed"] == 1
+    unstable, failed = unstable_points(kept), kept["failed"] == 1
     unit, text = ("", "probability of stick-slip")
     values = kept.get(wanted, np.zeros(0))
     if wanted == _PROBABILITY:
@@ -152,8 +152,8 @@ def read_map(dataset: Any, quantity: str | None = None) -> Map:
     )
 
 
-def _unstable(kept: Mapping[str, NDArray[Any]]) -> BoolArray:
-    """Return where the bit swings, or stands still."""
+def unstable_points(kept: Mapping[str, NDArray[Any]]) -> BoolArray:
+    """Return where, by the numbers that were kept, the bit swings or stands still."""
     shape = kept["failed"].shape
     swing = kept["bit_speed_max"] - kept["bit_speed_min"] if "bit_speed_max" in kept else np.zeros(shape)
     stands = kept["stuck_fraction"] > _STANDS if "stuck_fraction" in kept else np.zeros(shape, dtype=np.bool_)

@@ -24,14 +24,14 @@ from cosim.system.field_units import shown_in
 from cosim.system.signals import FloatArray
 
 # Colours that stay apart for colour-blind readers and in grey, and line styles that tell runs apart without colour.
-_COLOURS = ("#0b5394", "#b45309", "#2f6f4f", "#7a3b69")
-_STYLES = ("-", "--", "-.", ":")
+COLOURS = ("#0b5394", "#b45309", "#2f6f4f", "#7a3b69")
+STYLES = ("-", "--", "-.", ":")
 MOST_PANELS = 4
 """Rows of panels, if nobody asks for signals."""
 # A long chattering line is more than Agg can draw at once, and its own chunks leave gaps.
 _LONGEST_LINE = 5000
 # A title or name of any length would be laid out for minutes, off the page.
-_LONGEST_TITLE, _LONGEST_NAME = 300, 80
+_LONGEST_TITLE, LONGEST_NAME = 300, 80
 _FORMATS = ("png", "svg", "pdf")
 
 
@@ -207,12 +207,12 @@ def _compose(title: str, results: Mapping[str, Trajectories], shown: Sequence[st
     for row, name in enumerate(shown):
         for number, (label, result) in enumerate(results.items()):
             panel = panels[row, 0 if view.overlay else number]
-            line = _COLOURS[(number if view.overlay else row) % len(_COLOURS)], _STYLES[number % len(_STYLES)]
+            line = COLOURS[(number if view.overlay else row) % len(COLOURS)], STYLES[number % len(STYLES)]
             _draw_line(panel, result, name, view, line if view.overlay else (line[0], "-"), printable(label))
-        _finish_row(panels[row], row, name, next(iter(results.values())), view)
+        finish_row(panels[row], row, name, next(iter(results.values())).units.get(name, ""), view)
     for panel, label in zip(panels[0], results, strict=False):
         if columns > 1:
-            panel.set_title(printable(label)[:_LONGEST_NAME], fontsize=10)
+            panel.set_title(printable(label)[:LONGEST_NAME], fontsize=10)
     for panel in panels[-1]:
         panel.set_xlabel("Time [s]")
     if view.overlay and len(results) > 1:
@@ -221,9 +221,9 @@ def _compose(title: str, results: Mapping[str, Trajectories], shown: Sequence[st
     return figure
 
 
-def _finish_row(panels: Sequence[Any], row: int, name: str, result: Trajectories, view: View) -> None:
-    """Label a row, and give all its panels the same look."""
-    panels[0].set_ylabel(_label(name, result.units.get(name, ""), view))
+def finish_row(panels: Sequence[Any], row: int, name: str, unit: str, view: View) -> None:
+    """Label a row by its signal and unit, and give all its panels the same look."""
+    panels[0].set_ylabel(axis_label(name, unit, view))
     panels[0].set_title(f"{chr(ord('a') + row % 26)})", loc="left", fontsize=10, fontweight="bold")
     for panel in panels:
         panel.grid(visible=True, color="#d9d9d9", linewidth=0.5)
@@ -245,12 +245,12 @@ def _draw_line(panel: Any, result: Trajectories, name: str, view: View, line: tu
         piece = slice(first, first + _LONGEST_LINE + 1)  # a point in common, so that the line has no gap
         panel.plot(
             times[piece], values[piece], color=colour, linestyle=style, linewidth=0.9,
-            label=None if first else label[:_LONGEST_NAME],
+            label=None if first else label[:LONGEST_NAME],
         )  # fmt: skip
 
 
-def _label(name: str, unit: str, view: View) -> str:
+def axis_label(name: str, unit: str, view: View) -> str:
     """Write the label of an axis: what the variable is called, or its name, and the unit that is shown."""
-    text = view.names.get(name.partition(".")[2], printable(name)[:_LONGEST_NAME])
-    shown = printable(shown_in(unit, view.units)[0])[:_LONGEST_NAME]
+    text = view.names.get(name.partition(".")[2], printable(name)[:LONGEST_NAME])
+    shown = printable(shown_in(unit, view.units)[0])[:LONGEST_NAME]
     return f"{text} [{shown}]" if shown and shown != "1" else text

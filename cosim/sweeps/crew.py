@@ -18,6 +18,7 @@ from typing import Any
 
 from cosim.errors import InputError, require
 from cosim.run.report import versions
+from cosim.sweeps.work import BatchReply
 
 PATIENCE = 10.0
 """Seconds to wait for an answer of a scheduler."""
@@ -41,6 +42,8 @@ class Crew:
         Returns another executor in place of one that is broken.
     came_up : callable
         Tells whether any worker has been ready for work, since the executor was got or renewed.
+    is_torn : callable
+        Tells of any other error whether it stands for a reply that was lost with its worker on the way.
     outlives : bool
         Whether the executor itself goes on where a worker is gone.
     where : str
@@ -52,6 +55,7 @@ class Crew:
     lost: tuple[type[BaseException], ...] = (BrokenExecutor,)
     renew: Callable[[], Executor] | None = None
     came_up: Callable[[], bool] = lambda: True
+    is_torn: Callable[[BaseException], bool] = lambda error: False
     outlives: bool = False
     where: str = "the executor"
 
@@ -136,9 +140,19 @@ def dask_cluster(address: str) -> Generator[Crew]:
         _refuse_others(client, address)
         threads = sum(client.nthreads().values())
         lost = (distributed.scheduler.KilledWorker,)
-        yield Crew(client.get_executor(pure=False), threads, lost, outlives=True, where=f"a worker of {address}")
+        executor = client.get_executor(pure=False)
+        yield Crew(executor, threads, lost, is_torn=reply_was_torn, outlives=True, where=f"a worker of {address}")
     finally:
         client.close(timeout=PATIENCE)
+
+
+def reply_was_torn(error: BaseException) -> bool:
+    """Tell whether the worker of a reply was gone before the executor of a cluster had looked at it.
+
+    It fetches a reply, then looks how the work went, and takes the reply for an error where that is not finished any
+    more (distributed 2026.8, cfexecutor.py); taking it apart is what fails.
+    """
+    return isinstance(error, TypeError) and f"non-iterable {BatchReply.__name__} " in str(error)
 
 
 def _refuse_others(client: Any, address: str) -> None:

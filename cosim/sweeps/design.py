@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, cast
 
@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from cosim.errors import InputError, require, suggestion
 from cosim.sweeps.distributions import Distribution
+from cosim.sweeps.reading import SAMPLE
 from cosim.system.compatibility import Written
 from cosim.system.field_units import quantity
 from cosim.system.signals import FloatArray, Value, plain_value
 
-SAMPLES = "sample"
+SAMPLES = SAMPLE
 """The dimension of samples."""
-METHODS = ("latin-hypercube", "sobol")
+METHODS = ("latin-hypercube", "sobol", "saltelli")
 MOST_POINTS = 100_000_000
 
 Values = str | Iterable[Any]
@@ -40,10 +41,13 @@ class Axis:
         Of the dimension: what varies along it, or `SAMPLES`.
     values : mapping of str to sequence of value
         By ``component.variable``, or by component where that is what varies; all of one length.
+    drawn : mapping of str to value
+        Of samples: method, count and seed by which they were drawn, and what from; as JSON can hold it.
     """
 
     name: str
     values: Mapping[str, Sequence[Value]]
+    drawn: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     @property
     def size(self) -> int:
@@ -192,7 +196,8 @@ def sampled(bounds: Mapping[str, Spread], count: int, method: str, seed: int) ->
     bounds : mapping of str to str, (float, float) or Distribution
         By ``component.variable``: ``2:20``, or least and greatest value, or how it is distributed.
     count : int
-        How many samples.
+        How many samples; by Saltelli's method, of whose samples Sobol indices are estimated, for each of them as many
+        as there are variables, and two.
     method : str
         One of `METHODS`.
     seed : int
@@ -208,14 +213,39 @@ def sampled(bounds: Mapping[str, Spread], count: int, method: str, seed: int) ->
     read = [said if isinstance(said, Distribution) else _bounds(name, said) for name, said in bounds.items()]
     if not 1 <= count <= MOST_POINTS:
         raise InputError(f"{count} samples were asked for; expected 1 to {MOST_POINTS}")
-    if method == "sobol" and count & (count - 1):
+    if method != METHODS[0] and count & (count - 1):
         below = 1 << (count.bit_length() - 1)
         raise InputError(f"{count} Sobol samples are not balanced; expected a power of two: {below} or {2 * below}")
+    unit = _saltelli(len(bounds), count, seed) if method == "saltelli" else _spread(method, len(bounds), count, seed)
+    columns = zip(bounds, read, unit.T, strict=True)
+    drawn = {
+        "method": method,
+        "count": count,
+        "seed": seed,
+        "from": {name: _said(each) for name, each in bounds.items()},
+    }
+    return Axis(SAMPLES, {name: _drawn(each, parts) for name, each, parts in columns}, drawn)
+
+
+def _spread(method: str, variables: int, count: int, seed: int) -> FloatArray:
+    """Draw numbers from 0 to 1 evenly, a row for each sample."""
     qmc = require("scipy.stats.qmc", extra="theory", purpose="sampling")
     draw = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
-    unit = cast(NDArray[np.float64], draw(len(bounds), rng=seed).random(count))
-    columns = zip(bounds, read, unit.T, strict=True)
-    return Axis(SAMPLES, {name: _drawn(each, parts) for name, each, parts in columns})
+    return cast(NDArray[np.float64], draw(variables, rng=seed).random(count))
+
+
+def _saltelli(variables: int, count: int, seed: int) -> FloatArray:
+    """Draw pairs of Sobol samples, and those in which one variable is of the other of the pair: Saltelli (2010)."""
+    salib = require("SALib.sample.sobol", extra="sensitivity", purpose="sampling for Sobol indices")
+    problem = {"num_vars": variables, "names": list(map(str, range(variables))), "bounds": [[0.0, 1.0]] * variables}
+    return np.asarray(salib.sample(problem, count, calc_second_order=False, seed=seed), dtype=np.float64)
+
+
+def _said(spread: Spread) -> Any:
+    """Return what samples are drawn from as JSON can hold it."""
+    if isinstance(spread, Distribution):
+        return {"kind": spread.kind, **spread.numbers}
+    return spread if isinstance(spread, str) else list(spread)
 
 
 def _drawn(spread: Distribution | tuple[float, float, str], parts: FloatArray) -> list[Value]:

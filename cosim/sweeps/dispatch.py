@@ -123,7 +123,8 @@ class Dispatcher:
             return stretch
         steps = range(stretch.first, self._sweep.design.length)
         values = [tuple(self._sweep.design.values(stretch.line, step).values()) for step in steps]
-        return replace(stretch, values=values, begins=self._sweep.first_values(stretch.line))
+        begins, kept = self._sweep.first_values(stretch.line), self._sweep.kept_steps(stretch.line)
+        return replace(stretch, values=values, begins=begins, kept=kept)
 
     def _submit(self, batch: Batch, budget: float, *, with_plan: bool = False) -> None:
         """Hand a batch out; the first ones with the plan."""
@@ -141,6 +142,10 @@ class Dispatcher:
         try:
             reply = future.result()
         except (MemoryError, *self._crew.lost) as error:
+            return error
+        except TypeError as error:
+            if not self._crew.is_torn(error):
+                raise
             return error
         except (OSError, ImportError) as error:
             raise RunError(f"{self._crew.where} cannot work: {why(error)}") from error

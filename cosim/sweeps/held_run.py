@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from cosim.master.communication_points import Points
+from cosim.master.communication_points import Points, within
 from cosim.master.compiled_loop import StepLoop, loop_library
 from cosim.master.fixed_step import exchanged_texts, readable_steps, window_block
 from cosim.master.run import Snapshot, initialise
@@ -40,6 +40,8 @@ class HeldRun:
         Number of the one at which the window begins that is asked for.
     columns : sequence of str
         Outputs that are asked for, as ``component.variable``.
+    step_size : float, optional
+        Of all steps, as exactly as any run takes it, s; else from point to point.
     """
 
     def __init__(
@@ -50,9 +52,10 @@ class HeldRun:
         times: FloatArray,
         first: int,
         columns: Sequence[str],
+        step_size: float | None = None,
     ) -> None:
         self._slaves = dict(slaves)
-        self._times = times
+        self._times, self._step_size = times, step_size
         self._start_values = start_values
         descriptions = {name: slave.description for name, slave in slaves.items()}
         self._blocks = {
@@ -112,11 +115,19 @@ class HeldRun:
             for name, slave in self._slaves.items():
                 slave.deserialise(state.arrays[name].tobytes(), begin + offset)
         times = self._times + offset
-        points = Points(times, np.diff(times), times)
+        points = Points(times, self._sizes(times, stop), times)
         take = readable_steps(self._nodes) if self._library is None else StepLoop(self._library, self._nodes)
         if (end := take(points)) is not None:
             raise end
         return {name: cells[self._first :].astype(np.float64) for name, cells in self._columns.items()}
+
+    def _sizes(self, times: FloatArray, stop: float) -> FloatArray:
+        """Return the sizes of the steps between communication points, s."""
+        if self._step_size is None:
+            return np.diff(times)
+        sizes = np.full(times.size - 1, self._step_size)
+        sizes[-1] = within(float(times[-2]), self._step_size, stop)
+        return sizes
 
     def state(self) -> Snapshot:
         """Return the states of all components."""

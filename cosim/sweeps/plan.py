@@ -8,8 +8,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import pickle
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, cast
@@ -21,8 +22,10 @@ from cosim.run.function import functions_of
 from cosim.run.options import RunOptions
 from cosim.run.report import commit, versions
 from cosim.scenario.scenario import Scenario
-from cosim.sweeps.design import SAMPLES, Axis, Design
+from cosim.sweeps.design import Axis, Design
 from cosim.sweeps.measures import Beginning, MeasureSet, Quantity
+from cosim.sweeps.reading import HELD, SAMPLING, SERIES
+from cosim.sweeps.series import Kept, Rows, Wanted, kept_of
 from cosim.system.compatibility import Written, check_system, convert, read_value
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_unit
@@ -67,6 +70,10 @@ class PointPlan:
         How the system is stepped.
     measures : MeasureSet
         What is taken from each point.
+    series : Rows or None
+        What is kept over time of some.
+    functions : mapping of str to Description
+        Of the components that are Python functions, which go to workers as `pickle` sends them.
     """
 
     system: System
@@ -80,13 +87,14 @@ class PointPlan:
     points_per_run: int
     method: Method
     measures: MeasureSet
+    series: Rows | None = None
+    functions: Mapping[str, Description] = field(default_factory=dict[str, Description])
 
     def descriptions(self, chosen: Mapping[str, str]) -> dict[str, Description]:
         """Return the descriptions of the components for a choice of FMUs."""
-        return {
-            part.name: self.files[self.choices[part.name][chosen[part.name]]].description
-            for part in self.system.components
-        }
+        known = {name: self.files[self.choices[name][fmu]].description for name, fmu in chosen.items()}
+        known |= self.functions
+        return {part.name: known[part.name] for part in self.system.components}
 
     def system_of(self, chosen: Mapping[str, str]) -> System:
         """Return the system for a choice of FMUs; parameters that an FMU in another's place lacks are left out."""
@@ -102,6 +110,12 @@ class PointPlan:
         fmus = {name: str(value) for name, value in values.items() if name in self.choices}
         return {**self.chosen, **fmus}, {name: value for name, value in values.items() if name not in self.choices}
 
+    def known_descriptions(self) -> Iterator[dict[str, Description]]:
+        """Go through the descriptions of the components for each choice of FMUs."""
+        names = list(self.choices)
+        for values in product(*self.choices.values()):
+            yield self.descriptions(dict(zip(names, values, strict=True)))
+
     @property
     def takes_long_steps(self) -> bool:
         """Tell whether a point is run in a long step up to its window: nothing is coupled, and no input moves."""
@@ -110,6 +124,7 @@ class PointPlan:
             and self.method.tolerance is None
             and not self.method.implicit
             and not self.system.connections
+            and not self.functions
             and all(isinstance(signal, Constant) for signal in self.system.inputs.values())
             and all(file.description.can_vary_step for file in self.files.values())
         )
@@ -141,6 +156,8 @@ class Sweep:
         What is recorded besides.
     beginning : Beginning or None
         What else is set at the first point of a line.
+    kept : Kept or None
+        What is kept over time, and of which points.
     """
 
     plan: PointPlan
@@ -150,6 +167,7 @@ class Sweep:
     record: Mapping[str, Any]
     told: Mapping[str, Any]
     beginning: Beginning | None = None
+    kept: Kept | None = None
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -164,6 +182,14 @@ class Sweep:
     def first_values(self, line: int) -> Mapping[str, Value]:
         """Return what else is set at the first point of a line."""
         return self.beginning(self.design.values(line, 0)) if self.beginning is not None else {}
+
+    def kept_steps(self, line: int) -> tuple[int, ...]:
+        """Return at which points of a line signals are kept over time."""
+        kept = self.kept
+        if kept is None:
+            return ()
+        steps = range(self.design.length)
+        return tuple(step for step in steps if kept.place(self.design.place(line, step)) is not None)
 
 
 @dataclass(frozen=True)
@@ -201,6 +227,8 @@ class Opened:
         if "." not in name:
             if name not in self.descriptions:
                 self.system.component_of(f"{name}.{name}")
+            if name not in self.paths:
+                raise SystemDefinitionError(f"{name} is a Python function; expected an FMU whose place others take")
             return None
         port = Port.parse(name)
         part = self.system.component_of(port)
@@ -236,15 +264,23 @@ def open_system(scenario: Scenario, options: RunOptions) -> Opened:
     Raises
     ------
     InputError
-        If something does not exist, or is a Python function.
+        If something does not exist, or is a Python function that cannot go to workers.
     """
     system, descriptions, paths = described(scenario, options)
     for name, callee in functions_of(system).items():
-        raise SystemDefinitionError(f"{name} is the Python function {callee.name}; a sweep takes FMUs only")
+        try:
+            pickle.dumps(callee.function)
+        except Exception as error:  # whatever an object raises that is not to be sent
+            raise SystemDefinitionError(
+                f"{name}: the Python function {callee.name} cannot be sent to workers ({error}); expected one that is "
+                "defined at the top of a module"
+            ) from error
     return Opened(scenario, options, system, paths, descriptions)
 
 
-def make_sweep(opened: Opened, design: Design, measures: MeasureSet, beginning: Beginning | None) -> Sweep:
+def make_sweep(
+    opened: Opened, design: Design, measures: MeasureSet, beginning: Beginning | None, keep: Wanted | None = None
+) -> Sweep:
     """Check a sweep as a whole, and make what workers need.
 
     Raises
@@ -257,7 +293,10 @@ def make_sweep(opened: Opened, design: Design, measures: MeasureSet, beginning: 
     _refuse_fixed(design, variables)
     files: dict[str, File] = {}
     choices: dict[str, dict[str, str]] = {}
+    functions = functions_of(opened.system)
     for part in opened.system.components:
+        if part.name in functions:
+            continue
         values = next((axis.values[part.name] for axis in design.axes if part.name in axis.values), None)
         wanted = {str(part.fmu): opened.paths[part.name]} if values is None else _alternatives(opened, values)
         choices[part.name] = {name: _add(files, path) for name, path in wanted.items()}
@@ -265,7 +304,11 @@ def make_sweep(opened: Opened, design: Design, measures: MeasureSet, beginning: 
         system=_driven(opened, variables, design),
         files=files,
         choices=choices,
-        chosen={part.name: str(part.fmu) for part in opened.system.components if part.name not in varied},
+        chosen={
+            part.name: str(part.fmu)
+            for part in opened.system.components
+            if part.name not in varied and part.name not in functions
+        },
         names=tuple(varied),
         start_time=opened.scenario.start_time,
         duration=_duration(opened),
@@ -273,12 +316,26 @@ def make_sweep(opened: Opened, design: Design, measures: MeasureSet, beginning: 
         points_per_run=design.length,
         method=opened.options.method(opened.scenario),
         measures=measures,
+        functions={name: opened.descriptions[name] for name in functions},
     )
     _check(plan, design)
+    kept = None if keep is None else _kept(plan, design, keep)
+    plan = plan if kept is None else replace(plan, series=kept.rows)
     record, told = _record(opened, plan, design, beginning)
+    if kept is not None:
+        record[SERIES] = told[SERIES] = kept.record(design)
     shown = {name: variable for name, variable in variables.items() if variable is not None}
     units = {name: variable.unit.name if variable.unit else "" for name, variable in shown.items()}
-    return Sweep(plan, design, units, {n: v.description for n, v in shown.items()}, record, told, beginning)
+    texts = {name: variable.description for name, variable in shown.items()}
+    return Sweep(plan, design, units, texts, record, told, beginning, kept)
+
+
+def _kept(plan: PointPlan, design: Design, wanted: Wanted) -> Kept:
+    """Say what is kept over time, and of which points."""
+    if plan.method.tolerance is not None:
+        raise InputError("the steps vary with the tolerance; series are kept of runs with steps of one size only")
+    step_size = None if plan.takes_long_steps else plan.step_size
+    return kept_of(wanted, design, plan.known_descriptions(), (plan.start_time, plan.duration), step_size)
 
 
 def _duration(opened: Opened) -> float:
@@ -344,7 +401,7 @@ def _check(plan: PointPlan, design: Design) -> None:
             output = descriptions[port.component].by_name.get(port.variable)
             if output is None or output.causality != "output":
                 raise SystemDefinitionError(
-                    f"{name} is to be measured, and {chosen[port.component]} has no such output"
+                    f"{name} is to be measured, and {descriptions[port.component].model_name} has no such output"
                 )
         if design.along is not None:
             _refuse_stateless(descriptions)
@@ -404,8 +461,28 @@ def _record(
         "commit": commit() or "",
         "versions": known_versions,
         "steps": "long" if plan.takes_long_steps else "scenario",
+        HELD: _held(opened, plan),
     }
+    drawn = next((axis.drawn for axis in design.axes if axis.drawn), None)
+    if drawn is not None:
+        told[SAMPLING] = dict(drawn)
     return cast(dict[str, Any], json.loads(json.dumps(record))), told
+
+
+def _held(opened: Opened, plan: PointPlan) -> dict[str, Value]:
+    """Return the values of inputs that are the same at all points, all the time."""
+    found: dict[str, Value] = {}
+    for part in plan.system.components:
+        for each in opened.descriptions[part.name].with_causality("input"):
+            value = part.parameters.get(each.name, each.start_value)
+            if value is not None:
+                found[f"{part.name}.{each.name}"] = value
+    for port, signal in plan.system.inputs.items():
+        found.pop(str(port), None)
+        if isinstance(signal, Constant):
+            found[str(port)] = signal.value
+    driven = {str(each.target) for each in plan.system.connections} | set(plan.names)
+    return {name: value for name, value in found.items() if name not in driven}
 
 
 def _connection(connection: Any) -> str:
@@ -417,27 +494,3 @@ def _connection(connection: Any) -> str:
 def _digest(values: Sequence[Value]) -> str:
     """Return the SHA-256 of values."""
     return hashlib.sha256(json.dumps(list(values)).encode()).hexdigest()
-
-
-_SENTENCES = {
-    "format": "is of another format",
-    "product": "was begun by another version",
-    "axes": "is over other values",
-    "components": "is of other FMUs or parameters",
-    "fmus": "is of other FMUs",
-    "branch": "is of another branch",
-}
-
-
-def differing(record: Mapping[str, Any], stored: Mapping[str, Any]) -> str | None:
-    """Say in what a stored record differs from that of a sweep; None if they are the same."""
-    for name, wanted in record.items():
-        if stored.get(name) == wanted:
-            continue
-        if name == "axes" and set(stored.get(name) or ()) == set(wanted):
-            bad = [axis for axis in wanted if wanted[axis] != stored[name][axis]]
-            return f"has other values of {', '.join('the samples' if each == SAMPLES else each for each in bad)}"
-        if name in ("format", "product", "branch"):
-            return f"{_SENTENCES[name]} ({stored.get(name)}, not {wanted})"
-        return _SENTENCES.get(name, f"has {'other' if name[-1] == 's' else 'another'} {name.replace('_', ' ')}")
-    return None

@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 
 from cosim.errors import OutputError
 from cosim.files import draft_of, locked, open_file, why, write_all
+from cosim.sweeps import series
 from cosim.sweeps.design import SAMPLES, Design
-from cosim.sweeps.plan import Sweep, differing
-from cosim.sweeps.reading import quiet, reader
+from cosim.sweeps.plan import Sweep
+from cosim.sweeps.reading import SERIES, quiet, reader
 from cosim.sweeps.work import Done, Stretch
 
 JOURNAL = ".journal"
@@ -57,6 +58,8 @@ class SweepStore:
         self._rows = region_rows(self._design)
         self._reached = np.zeros(self._design.lines, dtype=np.int32)
         self._buffers: dict[int, dict[str, NDArray[Any]]] = {}
+        kept = sweep.kept
+        self._series = None if kept is None else series.SeriesStore(path, kept, self._design, self._rows)
         self._states: dict[int, bytes] = {}
         self._journal: int | None = None
         self.failed = 0
@@ -167,12 +170,18 @@ class SweepStore:
         if self._is_complete(region):
             self._write(region)
             self._append({"region": region})
-            del self._buffers[region]
+            self._drop(region)
+
+    def _drop(self, region: int) -> None:
+        """Forget a region that is written."""
+        self._buffers.pop(region, None)
+        if self._series is not None:
+            self._series.drop(region)
 
     def _replay(self, entry: Mapping[str, Any]) -> None:
         """Do again what a line of the journal tells."""
         if "region" in entry:
-            self._buffers.pop(int(entry["region"]), None)
+            self._drop(int(entry["region"]))
         for each in entry.get("done", ()):
             self._put(_read(each))
 
@@ -190,6 +199,10 @@ class SweepStore:
             buffer[MESSAGE][tuple(index)] = message[:_LONGEST_MESSAGE]
             self.failed += bool(message) and buffer[FAILED][tuple(index)] != 1
             buffer[FAILED][tuple(index)] = bool(message)
+        if self._series is not None:
+            for place, (content, message) in done.series.items():
+                indices = self._design.place(done.line, done.first + place)
+                self._series.put(region, indices, content, message[:_LONGEST_MESSAGE])
         self._reached[done.line] = done.first + len(done.numbers)
         self._states.pop(done.line, None)
         if done.state is not None:
@@ -215,7 +228,9 @@ class SweepStore:
         return bool((lines == self._design.length).all())
 
     def _write(self, region: int) -> None:
-        """Write a region as far as it is done."""
+        """Write a region as far as it is done; last what tells that it is."""
+        if self._series is not None:
+            self._series.write(region)
         xarray = reader()
         buffer = self._buffers[region]
         names = [axis.name for axis in self._design.axes]
@@ -233,14 +248,18 @@ def _plain(done: Done) -> list[Any]:
     """Return what is done as JSON can hold it."""
     state = None if done.state is None else base64.b64encode(done.state).decode()
     messages = {str(place): message for place, message in done.messages.items()}
-    return [done.line, done.first, [[float(number) for number in each] for each in done.numbers], messages, state]
+    numbers = [[float(number) for number in each] for each in done.numbers]
+    kept = {str(place): [base64.b64encode(rows).decode(), reason] for place, (rows, reason) in done.series.items()}
+    return [done.line, done.first, numbers, messages, state, *([kept] if kept else [])]
 
 
 def _read(entry: Sequence[Any]) -> Done:
     """Read back what `_plain` returned."""
-    line, first, numbers, messages, state = entry
+    line, first, numbers, messages, state = entry[:5]
     content = None if state is None else base64.b64decode(state)
-    return Done(line, first, numbers, {int(place): message for place, message in messages.items()}, content)
+    kept: Mapping[str, tuple[str, str]] = entry[5] if len(entry) > 5 else {}
+    found = {int(place): (base64.b64decode(rows), reason) for place, (rows, reason) in kept.items()}
+    return Done(line, first, numbers, {int(place): message for place, message in messages.items()}, content, found)
 
 
 def _entry(line: bytes) -> dict[str, Any] | None:
@@ -299,6 +318,9 @@ def _create(path: Path, sweep: Sweep) -> None:
         try:
             with quiet():
                 _template(sweep).to_zarr(draft, mode="w", zarr_format=2, consolidated=True, encoding=_encoding(sweep))
+                if sweep.kept is not None:
+                    rows = region_rows(sweep.design)
+                    series.create(draft, sweep.kept, sweep.design, rows, _coordinates(sweep, sweep.kept.indices))
             (draft / JOURNAL).touch()
             os.rename(draft, path)
         except BaseException:
@@ -321,12 +343,18 @@ def _template(sweep: Sweep) -> Any:
     }
     variables[FAILED] = variable(np.int8(_NOT_YET), long_name="1 where there is a message instead of numbers")
     variables[MESSAGE] = variable(np.array("", dtype=object), long_name="why a point failed")
-    coordinates = {
-        name: ([axis.name], _array(values), _described(sweep, name))
-        for axis in sweep.design.axes
+    whole = [range(size) for size in shape]
+    return reader().Dataset(variables, _coordinates(sweep, whole), _attributes(sweep))
+
+
+def _coordinates(sweep: Sweep, indices: Sequence[Sequence[int]]) -> dict[str, Any]:
+    """Return what varies, at some values of each axis."""
+    return {
+        name: ([axis.name], _array(values)[chosen], _described(sweep, name))
+        for axis, kept in zip(sweep.design.axes, indices, strict=True)
+        for chosen in [np.asarray(kept, dtype=np.int64)]
         for name, values in axis.values.items()
     }
-    return reader().Dataset(variables, coordinates, _attributes(sweep))
 
 
 def _array(values: Sequence[Any]) -> NDArray[Any]:
@@ -357,6 +385,31 @@ def _attributes(sweep: Sweep) -> dict[str, Any]:
     """Return what the store tells of the sweep: text, and JSON where that is not enough."""
     told = {**sweep.told, RECORD: sweep.record, "sha256": sweep.digest}
     return {key: value if isinstance(value, str) else json.dumps(value) for key, value in told.items()}
+
+
+_SENTENCES = {
+    "format": "is of another format",
+    "product": "was begun by another version",
+    "axes": "is over other values",
+    "components": "is of other FMUs or parameters",
+    "fmus": "is of other FMUs",
+    "branch": "is of another branch",
+    SERIES: "keeps other series",
+}
+
+
+def differing(record: Mapping[str, Any], stored: Mapping[str, Any]) -> str | None:
+    """Say in what a stored record differs from that of a sweep; None if they are the same."""
+    for name, wanted in record.items():
+        if stored.get(name) == wanted:
+            continue
+        if name == "axes" and set(stored.get(name) or ()) == set(wanted):
+            bad = [axis for axis in wanted if wanted[axis] != stored[name][axis]]
+            return f"has other values of {', '.join('the samples' if each == SAMPLES else each for each in bad)}"
+        if name in ("format", "product", "branch"):
+            return f"{_SENTENCES[name]} ({stored.get(name)}, not {wanted})"
+        return _SENTENCES.get(name, f"has {'other' if name[-1] == 's' else 'another'} {name.replace('_', ' ')}")
+    return _SENTENCES[SERIES] if SERIES in stored and SERIES not in record else None
 
 
 @contextmanager

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
@@ -17,6 +18,7 @@ from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, sampled
 from cosim.sweeps.measures import Beginning, MeasureSet, final_values
 from cosim.sweeps.reading import open_sweep
+from cosim.sweeps.series import POINTS, Wanted
 
 if TYPE_CHECKING:
     from cosim.sweeps.crew import Crew
@@ -44,6 +46,9 @@ def sweep(
     along: str | None = None,
     measures: MeasureSet | None = None,
     beginning: Beginning | None = None,
+    keep: Sequence[str] = (),
+    keep_every: float | None = None,
+    keep_points: int = POINTS,
     workers: int = 0,
     scheduler: str | None = None,
     executor: tuple[Executor, int] | None = None,
@@ -68,9 +73,9 @@ def sweep(
         Least and greatest value by ``component.variable``, or how it is distributed; they are drawn together: one
         dimension, ``sample``.
     count : int
-        How many samples.
+        How many samples; of ``"saltelli"``, for each of them as many as there are variables, and two.
     sampling : str
-        ``"latin-hypercube"`` or ``"sobol"``.
+        ``"latin-hypercube"``, ``"sobol"``, or ``"saltelli"``, of whose samples `cosim.sobol_indices` are estimated.
     seed : int
         Draws the same samples again.
     branch : str
@@ -82,6 +87,12 @@ def sweep(
         What to keep of each point: by default severity of stick-slip, if a component has a bit, else final values.
     beginning : Beginning, optional
         What else is set where a line of points begins; by default, for ``"down"``, steady rotation of what has a bit.
+    keep : sequence of str
+        Outputs that are kept over time of some points, as ``component.variable``, for `cosim.open_series`.
+    keep_every : float, optional
+        Between the times that are kept, s; by default 0.1 s, or what comes next to it in the steps of the scenario.
+    keep_points : int
+        At how many points of the grid, spread evenly over it; of each all samples are kept.
     workers : int
         Processes to use; 0: one for each processor; 1: this one alone.
     scheduler : str, optional
@@ -91,8 +102,8 @@ def sweep(
     progress : callable, optional
         Called several times a second.
     options : RunOptions, optional
-        How to run each point; and so **keywords, as of `cosim.simulate`. What is for single runs is refused: `isolate`,
-        `limits`, `components` and `connections`.
+        How to run each point; and so **keywords, as of `cosim.simulate`: Python functions as components among them, as
+        far as `pickle` can send them to workers. What is for single runs is refused: `isolate` and `limits`.
 
     Returns
     -------
@@ -114,9 +125,9 @@ def sweep(
     choice = chosen(options, keywords)
     _refuse_apart(choice)
     with opened_scenario(scenario, choice.stop_time, choice.step_size) as given:
-        made = _made(
-            given, choice, (grid or {}, samples or {}, count, sampling, seed), (branch, along), measures, beginning
-        )
+        points = grid or {}, samples or {}, count, sampling, seed
+        wanted = _wanted(keep, keep_every, keep_points)
+        made = _made(given, choice, points, (branch, along), measures, beginning, wanted)
     path = Path(output)
     with ExitStack() as stack:
         begin = partial(_crew, workers, scheduler, executor, made.design.lines)
@@ -127,6 +138,17 @@ def sweep(
     return open_sweep(path)
 
 
+def _wanted(keep: Sequence[str], every: float | None, points: int) -> Wanted | None:
+    """Return what is to be kept over time, if anything is; a name alone is one of several."""
+    if keep:
+        return Wanted((keep,) if isinstance(keep, str) else tuple(keep), every, points)
+    if every is not None or points != POINTS:
+        raise InputError(
+            "times or points are given for series, and nothing to keep; expected --keep component.variable as well"
+        )
+    return None
+
+
 def _made(
     scenario: Scenario,
     options: RunOptions,
@@ -134,6 +156,7 @@ def _made(
     branch: tuple[str, str | None],
     measures: MeasureSet | None,
     beginning: Beginning | None,
+    wanted: Wanted | None,
 ) -> Sweep:
     """Check what is asked for, and get it ready; what measures and begins is of the field where nothing is said."""
     from cosim.drilling import reporting
@@ -144,12 +167,13 @@ def _made(
     axes = [_axis(opened, name, said) for name, said in grid.items()]
     if samples:
         axes.append(sampled(samples, count, sampling, seed))
-        axes[-1] = Axis(axes[-1].name, {name: opened.typed(name, list(v)) for name, v in axes[-1].values.items()})
+        read = {name: opened.typed(name, list(values)) for name, values in axes[-1].values.items()}
+        axes[-1] = replace(axes[-1], values=read)
     design = product(axes, branch[1], branch[0])
     found = measures or reporting.severity_of(opened.descriptions) or final_values(opened.descriptions)
     if beginning is None and design.down:
         beginning = reporting.rotation_of(opened.descriptions, opened.system)
-    return make_sweep(opened, design, found, beginning)
+    return make_sweep(opened, design, found, beginning, wanted)
 
 
 def _axis(opened: Opened, name: str, said: Values) -> Axis:
@@ -160,7 +184,7 @@ def _axis(opened: Opened, name: str, said: Values) -> Axis:
 
 def _refuse_apart(options: RunOptions) -> None:
     """Refuse what is for single runs."""
-    for name in ("isolate", "limits", "components", "connections"):
+    for name in ("isolate", "limits"):
         if getattr(options, name):
             raise InputError(f"{name} is for single runs; points of a sweep run in processes of their workers")
 

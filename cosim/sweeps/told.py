@@ -15,8 +15,6 @@ from cosim.files import why
 from cosim.sweeps.reading import open_sweep
 from cosim.system.field_units import shown_in
 
-MARK = ".zattrs"
-"""The file that makes a folder a store."""
 _MOST_POINTS = 40_000
 """Of a map that a browser draws at once."""
 _BESIDES = ("failed", "message")

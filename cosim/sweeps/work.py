@@ -35,6 +35,8 @@ class Stretch:
         What else is set at the first point of the line.
     state : bytes or None
         After the point before `first`, if there is one.
+    kept : tuple of int
+        Which points of the line have signals that are kept over time.
     """
 
     line: int
@@ -42,6 +44,7 @@ class Stretch:
     values: Sequence[tuple[Value, ...]]
     begins: Mapping[str, Value] = field(default_factory=dict[str, Value])
     state: bytes | None = None
+    kept: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,8 @@ class Done:
         By place in `numbers`: why there are none.
     state : bytes or None
         After the last point, if the line goes on.
+    series : dict of int to (bytes, str)
+        By place in `numbers`, of points that are kept: the rows of each signal, float64, or why there are none.
     """
 
     line: int
@@ -65,6 +70,7 @@ class Done:
     numbers: list[Sequence[float]]
     messages: dict[int, str]
     state: bytes | None = None
+    series: dict[int, tuple[bytes, str]] = field(default_factory=dict[int, tuple[bytes, str]])
 
 
 @dataclass(frozen=True)
@@ -108,7 +114,10 @@ def _bench(name: str, content: bytes | None) -> Workbench | None:
     if content is None:
         return None
     leave()
-    plan: PointPlan = pickle.loads(content)  # from whoever may run anything here, as any job of an executor is
+    try:
+        plan: PointPlan = pickle.loads(content)  # from whoever may run anything here, as any job of an executor is
+    except AttributeError as error:  # of a module that is another one here, as that of a notebook is
+        raise ImportError(f"{error}; expected functions in a module that workers can import") from error
     _own.bench, _own.name = Workbench(plan), name
     atexit.register(_own.bench.close)
     return _own.bench
@@ -128,20 +137,24 @@ def _run(bench: Workbench, stretch: Stretch, until: float) -> Done:
     state = None if stretch.state is None else unpacked(stretch.state)
     numbers: list[Sequence[float]] = []
     messages: dict[int, str] = {}
+    series: dict[int, tuple[bytes, str]] = {}
     for place, given in enumerate(stretch.values):
         step = stretch.first + place
         values: Mapping[str, Value] = dict(zip(names, given, strict=True))
         if step and state is None:
             outcome = bench.failed("the run could not be continued from the point before")
         else:
-            outcome = bench.run({**values, **stretch.begins}, step, state, keep=bench.goes_on(step))
+            kept = step in stretch.kept
+            outcome = bench.run({**values, **stretch.begins}, step, state, keep=bench.goes_on(step), series=kept)
+            if outcome.series is not None:
+                series[place] = outcome.series
         state = outcome.state
         numbers.append(outcome.numbers)
         if outcome.message:
             messages[place] = outcome.message
         if time.perf_counter() > until and place + 1 < len(stretch.values) and state is not None:
-            return Done(stretch.line, stretch.first, numbers, messages, packed(state))
-    return Done(stretch.line, stretch.first, numbers, messages)
+            return Done(stretch.line, stretch.first, numbers, messages, packed(state), series)
+    return Done(stretch.line, stretch.first, numbers, messages, None, series)
 
 
 class _Silence:

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import tempfile
 import threading
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +31,12 @@ from cosim.master.run import Snapshot
 from cosim.master.slave import Slave
 from cosim.recording.record import TEXT
 from cosim.run.assembly import modules_apart
+from cosim.run.function import FunctionSlave, functions_of
 from cosim.sweeps.held_run import HeldRun
 from cosim.sweeps.measures import last_window
 from cosim.sweeps.plan import PointPlan
+from cosim.sweeps.reading import SERIES
+from cosim.sweeps.series import Rows
 from cosim.system.compatibility import check_system
 from cosim.system.description import Description
 from cosim.system.signals import FloatArray, Value
@@ -46,11 +50,24 @@ _OURS = "drillstring-cosim"
 
 @dataclass(frozen=True)
 class PointOutcome:
-    """Hold the numbers of a point, or why there are none, and the state after it if that is asked for."""
+    """Hold the numbers of a point, or why there are none, and what else is asked for.
+
+    Attributes
+    ----------
+    numbers : sequence of float
+        NaN where there is a message.
+    message : str
+        Why there are none.
+    state : Snapshot or None
+        After it.
+    series : (bytes, str) or None
+        The rows of each signal that is kept over time, float64, or why there are none.
+    """
 
     numbers: Sequence[float]
     message: str = ""
     state: Snapshot | None = None
+    series: tuple[bytes, str] | None = None
 
 
 class _Place:
@@ -122,7 +139,9 @@ class Workbench:
         self._places: dict[tuple[str, str], _Place] = {}
         self._held: dict[tuple[str, ...], HeldRun] = {}
 
-    def run(self, values: Mapping[str, Value], step: int, state: Snapshot | None, *, keep: bool) -> PointOutcome:
+    def run(
+        self, values: Mapping[str, Value], step: int, state: Snapshot | None, *, keep: bool, series: bool = False
+    ) -> PointOutcome:
         """Run a point.
 
         Parameters
@@ -135,6 +154,8 @@ class Workbench:
             After the point before; None where a run begins.
         keep : bool
             Whether the state after it is needed.
+        series : bool
+            Whether signals are kept over time.
 
         Raises
         ------
@@ -142,9 +163,11 @@ class Workbench:
             If no point can be run here.
         """
         chosen, rest = self._plan.split(values)
-        run = self._run_long if self._plan.takes_long_steps else self._run_coupled
         try:
-            return run(chosen, rest, step, state, keep)
+            if not self._plan.takes_long_steps:
+                return self._run_coupled(chosen, rest, step, state, keep, series)
+            outcome = self._run_long(chosen, rest, step, state, keep)
+            return replace(outcome, series=self._series_of(chosen, rest, step, state)) if series else outcome
         except RunError as error:
             self._held.pop(tuple(chosen.values()), None)  # it holds an instance that is none any more
             return self.failed(str(error))
@@ -185,14 +208,19 @@ class Workbench:
     def _slaves(self, chosen: Mapping[str, str], known: Mapping[str, Description]) -> dict[str, Slave]:
         """Return an instance for each component that knows nothing of what was run before."""
         files = {name: self._plan.choices[name][fmu] for name, fmu in chosen.items()}
-        keys = [(name, files[name]) for name in known]
+        keys = [(name, files[name]) for name in known if name in files]
         if any(key not in self._places for key in keys):
             paths = {name: self._paths[file] for name, file in files.items()}
             apart = modules_apart(paths, frozenset())
             for name, file in keys:
                 place = _Place(name, self._paths[file], known[name], name in apart)
                 self._places.setdefault((name, file), place)
-        return {key[0]: self._places[key].renewed() for key in keys}
+        slaves: dict[str, Slave] = {key[0]: self._places[key].renewed() for key in keys}
+        if self._plan.functions:
+            repeats = self._plan.method.implicit or self._plan.method.tolerance is not None
+            for name, callee in functions_of(self._plan.system).items():
+                slaves[name] = FunctionSlave(name, callee, known[name], repeats=repeats)
+        return {name: slaves[name] for name in known}
 
     def _run_long(
         self, chosen: Mapping[str, str], values: Mapping[str, Value], step: int, state: Snapshot | None, keep: bool
@@ -218,10 +246,41 @@ class Workbench:
         numbers = plan.measures.of(held.window + step * plan.duration, columns)
         return PointOutcome(numbers, "", held.state() if keep else None)
 
+    def _series_of(
+        self, chosen: Mapping[str, str], values: Mapping[str, Value], step: int, state: Snapshot | None
+    ) -> tuple[bytes, str]:
+        """Run a point that takes one long step once more, in the steps that are kept."""
+        plan = self._plan
+        assert plan.series is not None
+        known = plan.descriptions(chosen)
+        key = (*chosen.values(), SERIES)
+        try:
+            slaves = self._slaves(chosen, known)
+            held = self._held.get(key)
+            if held is None or not held.is_of(slaves):
+                system = plan.system_of(chosen)
+                starts = check_system(system.with_values(values), known)
+                times = replace(plan.series, first=0).times(plan.start_time, plan.start_time + plan.duration)
+                rows = plan.series
+                held = HeldRun(system, slaves, starts, times, rows.first, rows.signals, rows.every)
+                self._held[key] = held
+            stop = plan.start_time + plan.duration * plan.points_per_run
+            columns = held.run(values, step * plan.duration, stop, state)
+        except (RunError, EndRequestError, MemoryError) as error:
+            self._held.pop(key, None)
+            return b"", "there is not enough memory" if isinstance(error, MemoryError) else str(error)
+        return np.stack([columns[name] for name in plan.series.signals]).tobytes(), ""
+
     def _run_coupled(
-        self, chosen: Mapping[str, str], values: Mapping[str, Value], step: int, state: Snapshot | None, keep: bool
+        self,
+        chosen: Mapping[str, str],
+        values: Mapping[str, Value],
+        step: int,
+        state: Snapshot | None,
+        keep: bool,
+        series: bool,
     ) -> PointOutcome:
-        """Run a point as any run, in the compiled loop if it can be; only its window is kept."""
+        """Run a point as any run, in the compiled loop if it can be; only its window is kept, or its series."""
         plan = self._plan
         known = plan.descriptions(chosen)
         stop = plan.start_time + plan.duration * (step + 1)
@@ -237,8 +296,11 @@ class Workbench:
         if state is not None:
             master.resume(state)
         rows = _Window(plan.measures.columns, stop - plan.measures.window)
+        whole = _Window(plan.series.signals, -math.inf) if plan.series is not None and series else None
         for each in master.rows():
             rows.take(each)
+            if whole is not None:
+                whole.take(each)
         account = master.account()
         if "ended" in account:
             ended = account["ended"]
@@ -246,7 +308,18 @@ class Workbench:
         time, columns = rows.values()
         part = last_window(time, plan.measures.window)
         numbers = plan.measures.of(time[part], {name: column[part] for name, column in columns.items()})
-        return PointOutcome(numbers, "", _storable(master.snapshot()) if keep else None)
+        kept = (
+            None
+            if whole is None or plan.series is None
+            else _picked(plan.series, *whole.values(), stop - plan.duration)
+        )
+        return PointOutcome(numbers, "", _storable(master.snapshot()) if keep else None, kept)
+
+
+def _picked(series: Rows, times: FloatArray, columns: Mapping[str, FloatArray], begin: float) -> tuple[bytes, str]:
+    """Return the rows that are kept of a run, or why there are none."""
+    found = series.picked(times - begin, columns)
+    return (b"", found) if isinstance(found, str) else (found.tobytes(), "")
 
 
 def long_steps(start: float, duration: float, window: float, sampling: float) -> tuple[FloatArray, int]:

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = {
     "run": ("build",),
-    "test": ("build", "theory", "stream", "dask", "container", "test"),
+    "test": ("build", "theory", "stream", "dask", "sensitivity", "container", "test"),
     "bench": ("bench",),
     "docs": ("docs", "theory"),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from cosim import open_sweep, sweep
+from cosim import open_series, open_sweep, sweep
 from cosim.cli.app import app
 from tests.cosim.sweeps.test_store import content
 
@@ -43,6 +44,25 @@ def test_samples_are_one_dimension(tmp_path: Path) -> None:
     assert open_sweep(store)["plant.c_b"].dims == ("sample",)
     code, said = cosim("map", store)
     assert (code, said) == (2, "error: the sweep is over sample; expected two axes of numbers for a map")
+
+
+def test_parameters_are_taken_from_a_file(tmp_path: Path) -> None:
+    file, store = tmp_path / "tuned.toml", tmp_path / "s.zarr"
+    file.write_text('fmu = "WeightOnBitLaw"\n[parameters]\nK_w = 7.5\nWOB_max = 1.9e5\n')
+    usual = ["--parameters", str(file), "--set", "law.WOB_max=1.8e5", "--stop-time", "20", "--workers", "1"]
+    code, said = cosim("sweep", "wob-law", "--grid", "plant.Omega=9", *usual, "--output", str(store))
+    assert (code, said) == (0, f"1 points (1), 0 failed wrote {store}")
+    law = json.loads(open_sweep(store).attrs["record"])["components"]["law"]["parameters"]
+    assert (law["K_w"], law["WOB_max"]) == (7.5, 1.8e5)
+
+
+def test_outputs_are_kept_over_time(tmp_path: Path) -> None:
+    kept = ["--keep", "plant.bit_speed", "--keep-every", "500 ms", "--keep-points", "4", "--stop-time", "20"]
+    code, _ = cosim(*USUAL, *kept, "--output", str(tmp_path / "s.zarr"))
+    assert code == 0
+    found = open_series(tmp_path / "s.zarr")["plant.bit_speed"]
+    assert found.shape == (2, 2, 41)
+    assert cosim("map", str(tmp_path / "s.zarr"), "--folds", "0")[0] == 0
 
 
 @pytest.mark.parametrize(

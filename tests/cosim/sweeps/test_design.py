@@ -120,3 +120,20 @@ def test_axes_that_do_not_make_a_sweep_are_refused(axes: list[Axis], along: str,
     with pytest.raises(InputError) as refused:
         product(axes, along, branch)
     assert str(refused.value) == sentence
+
+
+def test_saltelli_samples_differ_from_the_first_of_their_pair_in_one_variable() -> None:
+    axis = sampled({"a": "0:1", "b": (2.0, 3.0), "c": "4:5"}, 8, "saltelli", seed=3)
+    assert axis.size == 8 * 5
+    blocks = np.array(list(axis.values.values())).T.reshape(8, 5, 3)
+    for first, *others, second in blocks:
+        assert (first != second).all()
+        for variable, other in enumerate(others):
+            mixed = first.copy()
+            mixed[variable] = second[variable]
+            assert other.tolist() == mixed.tolist()
+    assert axis == sampled({"a": "0:1", "b": (2.0, 3.0), "c": "4:5"}, 8, "saltelli", seed=3)
+    # dyadic numbers of a scrambled Sobol sequence, the same on every processor
+    assert blocks[0, 0, 0] == 0.6994058797135949
+    with pytest.raises(InputError, match=r"^12 Sobol samples are not balanced; expected a power of two: 8 or 16$"):
+        sampled({"a": "0:1"}, 12, "saltelli", seed=3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
 import signal
@@ -10,10 +11,11 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -176,6 +178,46 @@ def test_a_cluster_finds_the_same_bits_and_a_worker_that_is_killed_costs_nothing
     run(tmp_path / "again.zarr", scheduler=address, progress=kill)
     assert killed.is_set()
     assert content(tmp_path / "again.zarr") == content(whole / "rest")
+
+
+class Torn(crew.Here):
+    """Lose the third reply as the executor of a cluster does whose worker dies meanwhile."""
+
+    count = 0
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
+        future = super().submit(fn, *args, **kwargs)
+        self.count += 1
+        return torn(future.result()) if self.count == 3 else future
+
+
+def torn(reply: Any) -> Future[Any]:
+    """Hand a reply on as Dask does, whose worker is gone by the time it looks."""
+    from distributed.cfexecutor import _cascade_future
+
+    async def fetched(*, raiseit: bool) -> Any:
+        assert not raiseit
+        return reply
+
+    async def hand_on() -> None:
+        await _cascade_future(SimpleNamespace(_result=fetched, status="lost"), future)
+
+    future = Future[Any]()
+    asyncio.run(hand_on())
+    return future
+
+
+def test_a_reply_whose_worker_is_gone_before_it_is_looked_at_comes_again(
+    tmp_path: Path, whole: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    @contextmanager
+    def cluster(address: str) -> Iterator[crew.Crew]:
+        yield crew.Crew(Torn(), 1, is_torn=crew.reply_was_torn, outlives=True, where=f"a worker of {address}")
+
+    monkeypatch.setattr(crew, "dask_cluster", cluster)
+    monkeypatch.setattr(dispatch, "TARGET", 0.0)
+    run(tmp_path / "s.zarr", scheduler="here")
+    assert content(tmp_path / "s.zarr") == content(whole / "rest")
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from cosim.system.method import Method
     from cosim.system.signals import Constant, Ramp, Signal, Step, Table, ramp
     from cosim.system.structure import Component, Connection, PowerBond, System
-    from cosim.system.table_file import read_table
+    from cosim.system.table_file import read_column, read_table
 
     __version__: str
 
@@ -63,6 +63,7 @@ __all__ = [
     "plot",
     "quantile_bands",
     "ramp",
+    "read_column",
     "read_table",
     "scenario_names",
     "simulate",
@@ -103,6 +104,7 @@ _HOMES = {
     "plot": "cosim.recording.figure",
     "quantile_bands": "cosim.sweeps.reading",
     "ramp": "cosim.system.signals",
+    "read_column": "cosim.system.table_file",
     "read_table": "cosim.system.table_file",
     "scenario_names": "cosim.scenario.file",
     "simulate": "cosim.run.simulation",

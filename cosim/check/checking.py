@@ -91,7 +91,9 @@ class _Checking:
         """Check what can be seen without running; return the description if the FMU can be run by it."""
         path, unpacked = self._path, self._unpacked
         unpacked.mkdir()
-        if not self._do(Group.FILE, "archive", "unpack every file", partial(file.check_archive, path, unpacked)):
+        self._do(Group.FILE, "archive", "unpack every file", partial(file.check_archive, path, unpacked))
+        archive = self._findings[-1]
+        if archive.verdict is Verdict.FAILED and archive.allowed != file.PLAIN_NAMES:
             return None
         try:
             read = file.read_document(unpacked)
@@ -121,7 +123,8 @@ class _Checking:
         do(Group.FILE, "sources", "look for declared files", partial(file.check_sources, unpacked, sources))
         do(Group.FILE, "documentation", "look for index.html", partial(file.check_documentation, unpacked))
         binaries = partial(file.check_binaries, self._path, unpacked, description)
-        return description if do(Group.FILE, "libraries", "read their headers", binaries) else None
+        do(Group.FILE, "libraries", "read their headers", binaries)
+        return description if file.has_sound_library(self._path, unpacked, description) else None
 
     def _behaviour_and_reference(self, description: Description) -> None:
         experiments, folder = self._experiments(description)

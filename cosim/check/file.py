@@ -23,6 +23,8 @@ from cosim.fmi2.xml_check import check_xml, in_utf8
 from cosim.system.description import Description, Match, Variable, compare, describe
 
 _LIBRARIES = (".so", ".dll", ".dylib")
+PLAIN_NAMES = "names that are files on every system"
+"""What is allowed of an archive that could be unpacked, and fails by names of its members alone."""
 
 
 def check_archive(path: Path, folder: Path) -> Outcome:
@@ -46,7 +48,7 @@ def check_archive(path: Path, folder: Path) -> Outcome:
     if folder / "modelDescription.xml" not in files:
         return failed("there is no modelDescription.xml at its root", allowed)
     if flaws:
-        return failed("; ".join(flaws), "names that are files on every system")
+        return failed("; ".join(flaws), PLAIN_NAMES)
     size = sum(file.stat().st_size for file in files)
     return passed(f"{counted(len(files), 'file')}, {size / 1e6:.2f} MB unpacked", allowed)
 
@@ -75,12 +77,30 @@ def check_binaries(path: Path, folder: Path, description: Description) -> Outcom
     ]
     if wrong:
         return failed("; ".join(wrong), "what the folder says")
+    if not has_library(path, description):
+        return failed(f"none for {fmpy.platform_tuple}; for other platforms: {listed}", "for this machine")
+    return passed(listed, "for this machine")
+
+
+def has_library(path: Path, description: Description) -> bool:
+    """Tell whether there is a file for this machine where its library belongs, whatever there is for others."""
     try:
         with open_archive(path) as archive:
             find_binary(archive, description.model_identifier)
     except FmuFileError:
-        return failed(f"none for {fmpy.platform_tuple}; for other platforms: {listed}", "for this machine")
-    return passed(listed, "for this machine")
+        return False
+    return True
+
+
+def has_sound_library(path: Path, folder: Path, description: Description) -> bool:
+    """Tell whether what there is for this machine, unpacked in a folder, is a library for it."""
+    if not has_library(path, description):
+        return False
+    with open_archive(path) as archive:
+        name = find_binary(archive, description.model_identifier)
+    library = built_for((folder / name).read_bytes())
+    expected = expected_for(fmpy.platform_tuple)
+    return not expected or bool(library & expected)
 
 
 def _what(platforms: set[str]) -> str:

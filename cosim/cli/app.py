@@ -428,5 +428,8 @@ def main() -> None:
     """Run the command line; output that cannot be written, as to a full disk, is a sentence too."""
     try:
         app()
+    except SystemExit as end:
+        if end.code != 1 or "--help" not in sys.argv:
+            raise  # help fails for nothing but a reader that has left, which rich exits with 1 for
     except OSError as error:
         sys.exit(f"error: the output cannot be written: {error.strerror or error}")

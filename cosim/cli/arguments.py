@@ -125,6 +125,6 @@ def read_override(text: str) -> tuple[str, Value]:
     from cosim.system.compatibility import Written
 
     name, equals, value = text.partition("=")
-    if not equals or not value:
+    if not equals:
         raise InputError(f"--set {text}: expected the form component.variable=value")
     return name.strip(), Written(value.strip())

@@ -33,7 +33,7 @@ from cosim.report.statement import count, statement
 
 if TYPE_CHECKING:
     from cosim.run.job import Job
-    from cosim.run.report import Manifest
+    from cosim.run.report import CouplingReport, Manifest
 
 _WIDTH_OF_FILES = 120
 _WIDE = 10_000
@@ -191,10 +191,17 @@ def _print_remarks(console: Console, manifest: Manifest) -> None:
     for variant in manifest.variants:
         coupling = variant.run.coupling
         seconds = coupling.timings.get("step", 0.0)
-        size = f"{'at most ' if coupling.tolerance is not None else ''}{coupling.step_size:g} s"
+        size = f"{'' if _even(coupling) else 'at most '}{coupling.step_size:g} s"
         took = f"{count(coupling.steps, 'step')} of {size} ({coupling.algorithm}) in {seconds:.3g} s"
         for sentence in (f"{variant.findings.sentence()}; {took}", *statement(coupling)):
             console.print(Text(f"{variant.label}: {sentence}", style="dim"), soft_wrap=True)
+
+
+def _even(coupling: CouplingReport) -> bool:
+    """Tell whether all steps were of one size: none shortened to meet a jump or the end, or as a tolerance asks."""
+    end = coupling.stop_time if coupling.ended is None else coupling.ended["time"]
+    taken = coupling.steps * coupling.step_size
+    return coupling.tolerance is None and abs(end - coupling.start_time - taken) <= 1e-6 * coupling.step_size
 
 
 _FMU = "cosim.fmi2."

@@ -80,8 +80,11 @@ class Archive:
 
     @property
     def flaws(self) -> tuple[str, ...]:
-        """Say which names of members are fine on this system and cannot be files on another."""
-        return tuple(f"the name of the member {name!r} {_ENDS_BADLY}" for name in self._members if _ends_badly(name))
+        """Say which names of members are not plain, or fine on this system and cannot be files on another."""
+        dotted = [entry.filename for entry in self._file.infolist() if "." in entry.filename.split("/")]
+        names = [f"the name of the member {name!r} {_ENDS_BADLY}" for name in self._members if _ends_badly(name)]
+        more = f", and those of {len(dotted) - 1} more," if len(dotted) > 1 else ""
+        return (*names, *(f"the name of the member {name!r}{more} {_DOTTED}" for name in dotted[:1]))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -344,6 +347,7 @@ LONGEST_NAME = 1000
 # What Windows takes for a device in whatever folder and with whatever extension
 # (https://learn.microsoft.com/windows/win32/fileio/naming-a-file).
 _ENDS_BADLY = "has a part that ends in a dot or a space"
+_DOTTED = "has a part that is a dot"
 _DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³]) *(\..*)?", re.IGNORECASE)
 
 

@@ -23,7 +23,7 @@ from cosim.master.observation import Observation
 from cosim.master.run import Progress, Run, Snapshot
 from cosim.master.slave import Slave
 from cosim.recording.result import Result, RowMemory, Rows
-from cosim.system.compatibility import StartValues, check_system, with_numbers
+from cosim.system.compatibility import StartValues, check_course, check_system, with_numbers
 from cosim.system.conversion import conversion_of
 from cosim.system.dependency import feedthrough_loops
 from cosim.system.description import Description
@@ -123,6 +123,7 @@ class Master:
         system = with_numbers(system, descriptions)
         step_size = _within_run(slaves, start_time, stop_time, step_size)
         grid = _grid(system, slaves, start_time, stop_time, step_size)
+        check_course(system, descriptions, start_time, stop_time)
         repeats = method.implicit or method.tolerance is not None
         self._slaves = slaves
         self._run = _run(repeats)(system, slaves, start_values, grid, method)

@@ -70,7 +70,7 @@ def _values(record: Mapping[str, Any]) -> tuple[list[str], list[str]]:
     given = {
         f"{part}.{variable}": value
         for part, told in record["components"].items()
-        for variable, value in told["parameters"].items()
+        for variable, value in {**told["parameters"], **told.get("asked", {})}.items()
     }
     changed = {name: value for name, value in given.items() if name in own and own[name] != _written(value)}
     remarks: list[str] = []

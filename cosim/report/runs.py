@@ -270,7 +270,13 @@ def _value(part: Mapping[str, Any] | None, name: str, factor: float) -> str:
     """Write a value; in full, since a run is made again by it."""
     if part is None or name not in part["parameters"]:
         return "-"
-    value = part["parameters"][name]
+    told = _number(part["parameters"][name], factor)
+    asked = part.get("asked", {})
+    return f"{told} (set to {_number(asked[name], factor)}, not kept)" if name in asked else told
+
+
+def _number(value: Any, factor: float) -> str:
+    """Write one value."""
     if isinstance(value, float):
         return f"{value * factor:.12g}"
     return str(value).lower() if isinstance(value, bool) else str(value)

@@ -21,7 +21,7 @@ from cosim.run.function import FunctionSlave, describe_functions, functions_of, 
 from cosim.run.options import RunOptions
 from cosim.run.report import CouplingReport, RunReport
 from cosim.scenario.scenario import Scenario, Variant
-from cosim.system.compatibility import check_system, read_written, start_values
+from cosim.system.compatibility import check_signals, check_system, read_written, start_values
 from cosim.system.description import Description, Variable
 from cosim.system.field_units import in_declared_units
 from cosim.system.signals import Value
@@ -57,14 +57,21 @@ class Assembly:
     slaves: Mapping[str, Slave]
 
     def report(self, account: Mapping[str, Any]) -> RunReport:
-        """Return how a run was made, by what the master tells of it, and which parameters FMUs have not kept."""
+        """Return how a run was made, by what the master tells of it."""
         told: dict[str, Any] = {**account, "timings": {"load": self.loading, **account["timings"]}}
+        return RunReport(**self.initialised(), coupling=CouplingReport(**told))
+
+    def initialised(self) -> dict[str, Any]:
+        """Return what is run, with the parameters that FMUs have after initialisation, and what they were asked for."""
         components: dict[str, dict[str, Any]] = {}
         for name, known in self.provenance["components"].items():
-            has = getattr(self.slaves[name], "not_kept", {})  # an FMU in a process of its own only says it
-            components[name] = {**known, "not_kept": dict(has)} if has else known
-        provenance: dict[str, Any] = {**self.provenance, "components": components}
-        return RunReport(**provenance, coupling=CouplingReport(**told))
+            not_kept: Mapping[str, Value] = getattr(self.slaves[name], "not_kept", {})
+            by_name = self.descriptions[name].by_name
+            has = {each: _item(by_name[each], value) for each, value in not_kept.items()}
+            asked = {each: value for each, value in known["parameters"].items() if each in has}
+            changed = {"parameters": {**known["parameters"], **has}, "asked": asked}
+            components[name] = {**known, **changed} if has else known
+        return {**self.provenance, "components": components}
 
 
 @contextmanager
@@ -142,6 +149,7 @@ def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: 
     from cosim.fmi2.model_description import read_description  # with fmpy, which importing this module does without
 
     known: dict[Path, Description] = {}
+    refusals = Refusals()
     for variant in (each for each in scenario.variants if each.name in labels):
         system = scenario.system_of(variant)
         for part in (part for part in system.components if not callable(part.fmu)):
@@ -150,6 +158,14 @@ def refuse_unfit_variants(scenario: Scenario, labels: Sequence[str], packaging: 
             if path not in known:
                 known[path] = read_description(path)
             start_values(replace(part, parameters=given), known[path])
+            inputs = {
+                port: signal
+                for port, signal in system.inputs.items()
+                if port.component == part.name and port in variant.values
+            }
+            alone, described_alone = System((replace(part, parameters={}),), inputs=inputs), {part.name: known[path]}
+            check_signals(in_declared_units(alone, described_alone), described_alone, refusals)
+    refusals.raise_all(SystemDefinitionError)
 
 
 def _system(scenario: Scenario, variant: Variant | None, options: RunOptions) -> System:
@@ -314,6 +330,11 @@ def _origin(path: Path, description: Description) -> dict[str, Any]:
 def _start(variable: Variable) -> Value | None:
     """Return a start value, an enumeration's item by its name."""
     value = variable.start_value
+    return value if value is None else _item(variable, value)
+
+
+def _item(variable: Variable, value: Value) -> Value:
+    """Return a value, an enumeration's item by its name."""
     if variable.type == "Enumeration":
         return next((name for name, number in variable.items.items() if number == value), value)
     return value

@@ -10,6 +10,7 @@ from cosim.errors import InputError
 from cosim.fmi2.isolation import Limits
 from cosim.scenario.scenario import Scenario
 from cosim.system.compatibility import Written
+from cosim.system.field_units import seconds
 from cosim.system.method import Method
 from cosim.system.signals import Value, plain_value
 from cosim.system.structure import Connection, Function
@@ -89,8 +90,10 @@ class RunOptions(WrittenOptions):
     connections: Collection[Connection] = ()
 
     def __post_init__(self) -> None:
-        for name in ("tolerance", "step_size", "stop_time"):
-            object.__setattr__(self, name, plain_value(getattr(self, name)))
+        for name in ("step_size", "stop_time"):
+            given = getattr(self, name)
+            object.__setattr__(self, name, None if given is None else seconds(given, name))
+        object.__setattr__(self, "tolerance", plain_value(self.tolerance))
         if self.overrides is not None and not isinstance(cast(object, self.overrides), Mapping):
             raise InputError(
                 f"overrides is {self.overrides!r}; expected a mapping by component.variable, such as "

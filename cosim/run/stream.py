@@ -284,7 +284,7 @@ class _StreamedRun:
             return create_csv(self.folder, self._chosen)
         source = f"drillstring-cosim {self._assembly.provenance['versions']['drillstring-cosim']}"
         head = {"title": self._title, "source": source, "created": datetime.now(UTC).isoformat(timespec="seconds")}
-        attributes = {**head, "state": "running", **self._assembly.provenance, **self.master.plan}
+        attributes = {**head, "state": "running", **self._assembly.initialised(), **self.master.plan}
         return create_zarr(self.folder / TRAJECTORY, self._chosen, plain(attributes))
 
     def go_on(self, saved: Checkpoint) -> None:

@@ -19,8 +19,9 @@ from cosim.scenario.scenario import Scenario, Variant
 from cosim.system.field_units import in_unit, quantity
 from cosim.system.method import Method
 from cosim.system.signals import Constant, Ramp, Signal, Step, Table, Value, ramp, table_of_points
+from cosim.system.staircase import staircase_of_points
 from cosim.system.structure import Component, Connection, PowerBond, System
-from cosim.system.table_file import GAPS, read_table
+from cosim.system.table_file import GAPS, read_column
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 
@@ -64,6 +65,8 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     SystemDefinitionError
         If its components and connections contradict each other.
     """
+    if not isinstance(cast(object, name_or_path), str | Path):
+        raise ScenarioError(f"scenario is {name_or_path!r}; expected a name or path of one")
     path = Path(name_or_path)
     if path.suffix == ".ssp":
         raise ScenarioError(
@@ -194,7 +197,16 @@ def _variant(content: object, folder: Path) -> Variant:
     """Build a variant from ``[[variants]]``."""
     table = TomlTable(content, "variants", ("name", "set"))
     values = table.variables("set")
-    return Variant(table.text("name"), {key: _value(value, values.path(key), folder) for key, value in values.items()})
+    return Variant(
+        table.text("name"), {key: _setting(value, values.path(key), folder) for key, value in values.items()}
+    )
+
+
+def _setting(content: object, where: str, folder: Path) -> Value | Signal:
+    """Take what a variant sets: a value, or a signal written as among the inputs."""
+    if isinstance(content, dict) and "kind" in content:
+        return read_signal(cast(object, content), where, folder)
+    return _value(cast(object, content), where, folder)
 
 
 def _value(content: object, where: str, folder: Path) -> Value:
@@ -319,7 +331,7 @@ def _points(table: TomlTable, folder: Path) -> Signal:
         raise ScenarioError("expected either points or file")
     factor = table.number("factor") if "factor" in table else None
     if "file" in table:
-        return read_table(
+        return read_column(
             folder / table.text("file"),
             table.text("column", "") or None,
             time=table.text("time", "") or None,
@@ -328,16 +340,27 @@ def _points(table: TomlTable, folder: Path) -> Signal:
             separator=table.text("separator") if "separator" in table else None,
             decimal=table.text("decimal", "."),
             gaps=table.text("gaps", GAPS[0]),
-        )
+        ).as_far_as_known()
     for key in _OF_FILES:
         if key in table:
             raise ScenarioError(f"{key} is for a file; expected points without it")
-    points: list[list[float]] = []
-    for point in table.array("points"):
-        if not isinstance(point, list) or not all(isinstance(x, int | float) for x in cast(list[object], point)):
-            raise ScenarioError(f"points hold {point!r}; expected pairs of numbers, time and value")
-        points.append(cast(list[float], point))
-    return table_of_points(points, table.text("unit", ""), 1.0 if factor is None else factor)
+    points = [_pair(pair) for pair in table.array("points")]
+    if not any(isinstance(value, bool | str) for _, value in points):
+        numbers = cast(list[tuple[float, float]], points)
+        return table_of_points(numbers, table.text("unit", ""), 1.0 if factor is None else factor)
+    for key in _OF_POINTS:
+        if key in table:
+            raise ScenarioError(f"{key} is for numbers; expected points without it")
+    return staircase_of_points(points)
+
+
+def _pair(content: object) -> tuple[float, Value]:
+    """Take a point of a table."""
+    match content:
+        case [int() | float() as time, bool() | int() | float() | str() as value] if not isinstance(time, bool):
+            return time, value
+        case _:
+            raise ScenarioError(f"points hold {content!r}; expected pairs of a time in s and a value")
 
 
 class TomlTable:

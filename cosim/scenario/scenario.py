@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import cast
 
 from cosim.errors import ScenarioError, suggestion
+from cosim.system.field_units import seconds
 from cosim.system.method import Method
-from cosim.system.signals import Value, plain_value
+from cosim.system.signals import Signal, Value, plain_value
 from cosim.system.structure import System
 
 _SAFE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+=-]*")
@@ -24,14 +26,16 @@ class Variant:
     ----------
     name : str
         Serves as the name of a folder: letters, digits and ``_ . + = -``.
-    values : mapping of str to value
-        Parameters and input values by ``component.variable``.
+    values : mapping of str to value or Signal
+        Parameters and input values, or signals, by ``component.variable``.
     """
 
     name: str
-    values: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    values: Mapping[str, Value | Signal] = field(default_factory=dict[str, Value | Signal])
 
     def __post_init__(self) -> None:
+        if not isinstance(cast(object, self.values), Mapping):
+            raise ScenarioError(f"variant '{self.name}': values are {self.values!r}; expected a mapping")
         if not _SAFE_NAME.fullmatch(self.name):
             raise ScenarioError(f"variant '{self.name}': expected a name of letters, digits and _ . + = - only")
         plain = {name: plain_value(value) for name, value in self.values.items()}
@@ -80,7 +84,7 @@ class Scenario:
 
     def __post_init__(self) -> None:
         for name in ("stop_time", "step_size", "start_time"):
-            object.__setattr__(self, name, plain_value(getattr(self, name)))
+            object.__setattr__(self, name, seconds(getattr(self, name), f"{self.name}: {name}"))
         names = [variant.name for variant in self.variants]
         if len(set(names)) < len(names):
             raise ScenarioError(f"{self.name}: two variants have the same name; expected each name once")
@@ -102,7 +106,7 @@ class Scenario:
         for variant in self.variants:
             if variant.name == name:
                 return variant
-        hint = suggestion(name, [variant.name for variant in self.variants])
+        hint = suggestion(str(name), [variant.name for variant in self.variants])
         raise ScenarioError(f"{self.name}: there is no variant '{name}'{hint}")
 
     def system_of(self, variant: Variant | None, overrides: Mapping[str, Value] | None = None) -> System:

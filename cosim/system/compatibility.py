@@ -11,10 +11,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from cosim.errors import Refusals, SystemDefinitionError, suggestion
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.errors import Refusals, SystemDefinitionError, format_time, suggestion
 from cosim.system.conversion import conversion_of, unit_conversion
 from cosim.system.description import Description, Match, Variable, compare, describe
-from cosim.system.signals import Signal, Value
+from cosim.system.signals import FloatArray, Signal, Value
 from cosim.system.structure import Component, Connection, Port, System
 
 log = logging.getLogger("cosim")
@@ -48,9 +51,7 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
     for connection in system.connections:
         with refusals.noted():
             _check_connection(connection, descriptions, told)
-    for target, signal in system.inputs.items():
-        with refusals.noted():
-            _check_signal(target, signal, _variable(target, descriptions))
+    check_signals(system, descriptions, refusals)
     driven: dict[Port, str] = {connection.target: connection.source for connection in system.connections}
     driven.update(dict.fromkeys(system.inputs, "a signal"))
     for part in system.components:
@@ -63,6 +64,49 @@ def check_system(system: System, descriptions: Mapping[str, Description]) -> Sta
                     _check_input(Port(part.name, variable.name), variable, variable.name in given, driven)
     refusals.raise_all(SystemDefinitionError)
     return values
+
+
+def check_signals(system: System, descriptions: Mapping[str, Description], refusals: Refusals) -> None:
+    """Note which signals do not fit what they drive."""
+    for target, signal in system.inputs.items():
+        with refusals.noted():
+            _check_signal(target, signal, _variable(target, descriptions))
+
+
+def check_course(system: System, descriptions: Mapping[str, Description], start: float, stop: float) -> None:
+    """Refuse signals that leave the range of what they drive in a run [s], and warn of one of which nothing is in it.
+
+    Raises
+    ------
+    SystemDefinitionError
+        For all that do.
+    """
+    refusals = Refusals()
+    for port, signal in system.inputs.items():
+        variable = _variable(port, descriptions)
+        if signal.levels is not None or variable.type != "Real":
+            continue
+        corners = np.array(signal.breakpoints, dtype=float)
+        inner = corners[(corners > start) & (corners < stop)]
+        times = np.unique([start, *inner, stop])
+        if corners.size > 1 and (corners[0] >= stop or corners[-1] <= start):
+            what = f"{format_time(float(corners[0]))} s to {format_time(float(corners[-1]))} s"
+            log.warning("%s: the %s goes from %s, so that nothing of it is in the run", port, signal.kind, what)
+        with refusals.noted():
+            _refuse_beyond(port, variable, times[:-1], signal.values(times[:-1]))
+            _refuse_beyond(port, variable, times[1:], signal.left_values(times[1:]))
+    refusals.raise_all(SystemDefinitionError)
+
+
+def _refuse_beyond(port: Port, variable: Variable, times: FloatArray, given: NDArray[np.generic]) -> None:
+    """Refuse the first value that is not finite or not in the range of a variable."""
+    values = np.asarray(given, dtype=float)
+    low = -math.inf if variable.minimum is None else variable.minimum
+    high = math.inf if variable.maximum is None else variable.maximum
+    beyond = np.flatnonzero(~(np.isfinite(values) & (values >= low) & (values <= high)))
+    if beyond.size:
+        first = beyond[0]
+        convert(f"{port} at t = {format_time(float(times[first]))} s", variable, float(values[first]))
 
 
 def _variable(port: Port, descriptions: Mapping[str, Description]) -> Variable:
@@ -113,9 +157,13 @@ def _check_units(label: str, source: Variable, target: Variable, told: set[tuple
     """Refuse units of different quantities; warn where it cannot be known, of two units of one name once."""
     match = compare(source.measured_in, target.measured_in)
     actual, expected = describe(source.measured_in), describe(target.measured_in)
-    shifted = source.relative != target.relative and unit_conversion(source.measured_in, target.measured_in)[1] != 0.0
+    mixed = source.relative != target.relative
+    shifted = mixed and unit_conversion(source.measured_in, target.measured_in)[1] != 0.0
     if match is Match.DIFFERENT or shifted:  # a difference of two temperatures is no temperature
         raise SystemDefinitionError(f"{label}: the source is in {actual}; expected {expected}")
+    if mixed and any(end.unit is not None and end.unit.offset for end in (source, target)):
+        which = "the source" if source.relative else "the input"
+        log.warning("%s: %s alone is a difference; %s is passed on as one of %s", label, which, actual, expected)
     if match is Match.UNKNOWN:
         log.warning("%s: cannot tell whether %s and %s are the same unit", label, actual, expected)
     if match is Match.ASSUMED and (actual, expected) not in told:
@@ -131,7 +179,7 @@ def _check_signal(target: Port, signal: Signal, variable: Variable) -> None:
     for level in signal.levels or ():
         convert(target, variable, level)
     if signal.levels is None and variable.type != "Real":
-        raise SystemDefinitionError(f"{target} is {variable.type}; ramps and tables drive Real variables only")
+        raise SystemDefinitionError(f"{target} is {variable.type}; a {signal.kind} drives Real variables only")
 
 
 def with_numbers(system: System, descriptions: Mapping[str, Description]) -> System:
@@ -192,6 +240,7 @@ def _check_input(name: Port, variable: Variable, given: bool, driven: Mapping[Po
 
 
 _KINDS = {"Real": "a number", "Integer": "an integer", "Boolean": "true or false", "String": "a string"}
+_GREATEST_WHOLE = 2**1023
 _LEAST_INTEGER, _GREATEST_INTEGER = -(2**31), 2**31 - 1
 
 
@@ -256,6 +305,8 @@ def convert(label: str, variable: Variable, value: Value) -> Value:
         raise SystemDefinitionError(f"{label} has a NUL at {value.index(chr(0))}; expected a string without one")
     if isinstance(value, str | bool):
         return value
+    if isinstance(value, int) and not -_GREATEST_WHOLE <= value <= _GREATEST_WHOLE:
+        raise SystemDefinitionError(f"{label} is an integer of {value.bit_length()} bits; expected a finite number")
     _refuse_out_of_range(label, variable, value)
     return float(value) if variable.type == "Real" else value
 

@@ -13,9 +13,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from cosim.errors import InputError, SystemDefinitionError, suggestion
+from cosim.errors import InputError, Refusals, SystemDefinitionError, suggestion
+from cosim.system.compatibility import convert
 from cosim.system.description import Description, Match, Unit, Variable, compare, converted, describe
-from cosim.system.signals import Ramp, Signal, Table, Value
+from cosim.system.signals import Ramp, Signal, Table, Value, plain_value
+from cosim.system.staircase import Staircase, levels_of_table
 from cosim.system.structure import Component, Port, System
 
 log = logging.getLogger("cosim")
@@ -37,7 +39,7 @@ _KNOWN: dict[str, tuple[tuple[int, ...], float, float]] = {
     **_units((1,), kg=1.0, lb=_LB, lbm=_LB, g=1e-3, t=1e3),
     **_units(
         (1, 1, -2), N=1.0, kN=1e3, MN=1e6, daN=10.0, kdaN=1e4, lbf=_LBF, klbf=1e3 * _LBF, klb=1e3 * _LBF,
-        kips=1e3 * _LBF, kip=1e3 * _LBF, kgf=9.80665, tf=9806.65,
+        klbs=1e3 * _LBF, kips=1e3 * _LBF, kip=1e3 * _LBF, kgf=9.80665, tf=9806.65,
     ),
     **_units(
         (1, 2, -2),
@@ -124,6 +126,21 @@ def in_unit(text: str, unit: str, what: str) -> float:
     return _in_unit(found[0], found[1], Unit(unit, *_KNOWN[unit]), what, f"'{text}'")
 
 
+def seconds(given: object, what: str) -> float:
+    """Return a time in s: a number, of NumPy or not, or a text with a unit; InputError for anything else."""
+    value = plain_value(given)
+    if isinstance(value, str):
+        return in_unit(value, "s", what)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{what} is {given!r}; expected a number of seconds")
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(
+            f"{what} is an integer of {int(value).bit_length()} bits; expected a number of seconds"
+        ) from None
+
+
 UNITS = ("si", "metric", "field")
 """The ways to show values."""
 # Large values are shown in thousands.
@@ -166,12 +183,16 @@ def in_declared_units(system: System, descriptions: Mapping[str, Description]) -
     SystemDefinitionError
         If one is in a unit that is not known here, or of another kind than that of its variable.
     """
-    components = tuple(_with_numbers(part, descriptions[part.name]) for part in system.components)
-    inputs = {
-        port: _signal_in_declared_unit(port, signal, descriptions[port.component].by_name.get(port.variable))
-        for port, signal in system.inputs.items()
-    }
-    return replace(system, components=components, inputs=inputs)
+    components, inputs, refusals = list(system.components), dict(system.inputs), Refusals()
+    for index, part in enumerate(system.components):
+        with refusals.noted():
+            components[index] = _with_numbers(part, descriptions[part.name])
+    for port, signal in system.inputs.items():
+        with refusals.noted():
+            variable = descriptions[port.component].by_name.get(port.variable)
+            inputs[port] = _signal_in_declared_unit(port, signal, variable)
+    refusals.raise_all(SystemDefinitionError)
+    return replace(system, components=tuple(components), inputs=inputs)
 
 
 def _with_numbers(component: Component, description: Description) -> Component:
@@ -183,10 +204,15 @@ def _with_numbers(component: Component, description: Description) -> Component:
     return component if read == component.parameters else replace(component, parameters=read)
 
 
-def _signal_in_declared_unit(port: Port, signal: Signal, variable: Variable | None) -> Signal:
-    """Return a signal in the unit that its input declares."""
-    if variable is None or variable.type != "Real":
-        return signal
+def _signal_in_declared_unit(port: Port, given: Signal, variable: Variable | None) -> Signal:
+    """Return a signal in the unit that its input declares; of what is not Real, by its levels."""
+    if variable is None:
+        return given
+    signal = given.driving(port, variable)
+    if variable.type != "Real":
+        return levels_of_table(port, signal) if isinstance(signal, Table) else signal
+    if isinstance(signal, Staircase):
+        return signal.as_numbers(partial(_number_in_declared_unit, port, variable))
     if isinstance(signal, Table | Ramp):
         return _converted(port, signal, variable) if signal.unit else signal
     if any(isinstance(level, str) for level in signal.levels or ()):
@@ -204,31 +230,36 @@ def in_declared_unit(port: str, variable: Variable | None, value: Value) -> Valu
     return _in_unit(*found, variable.measured_in, str(port), f"'{value}'", relative=variable.relative)
 
 
+def _number_in_declared_unit(port: str, variable: Variable, value: Value) -> float:
+    """Return a number, with a unit or not, in the unit that its variable declares; or refuse what is none."""
+    return float(convert(str(port), variable, in_declared_unit(port, variable, value)))
+
+
 def _in_unit(number: float, unit: str, declared: Unit, what: str, value: str, *, relative: bool = False) -> float:
     """Convert a number into a declared unit, of which it may be a difference."""
     if unit == declared.name:
         return number
-    source, target = _units_of(unit, declared, what, value)
-    if relative:
-        source, target = source.of_differences, target.of_differences
-    return converted(number, source, target)
+    return converted(number, *_units_of(unit, declared, f"{what} is {value}", relative=relative))
 
 
-def _units_of(unit: str, declared: Unit, what: str, value: str) -> tuple[Unit, Unit]:
-    """Return a unit by its name, and one that is declared, if one can be converted into the other."""
+def _units_of(unit: str, declared: Unit, said: str, *, relative: bool) -> tuple[Unit, Unit]:
+    """Return a unit by its name, and one that is declared, if one can be converted into the other.
+
+    What is measured is said in words, for messages; it may be a difference.
+    """
     source = field_unit(unit)
     target = declared if declared.powers is not None else field_unit(declared.name)
     if source is None:
         raise SystemDefinitionError(
-            f"{what} is {value}, and {unit} is no unit known here; expected one that is, or {declared.name}"
+            f"{said}, and {unit} is no unit known here; expected one that is, or {declared.name}"
         )
     if target is None:
         raise SystemDefinitionError(
-            f"{what} is {value}, and it is not known what {declared.name} is; expected a value in it, alone"
+            f"{said}, and it is not known what {declared.name} is; expected a value in it, alone"
         )
     if compare(source, target) is Match.DIFFERENT:
-        raise SystemDefinitionError(f"{what} is {value}, in {describe(source)}; expected {describe(target)}")
-    return source, target
+        raise SystemDefinitionError(f"{said}, in {describe(source)}; expected {describe(target)}")
+    return (source.of_differences, target.of_differences) if relative else (source, target)
 
 
 def _converted(port: Port, signal: Table | Ramp, variable: Variable) -> Signal:
@@ -239,18 +270,8 @@ def _converted(port: Port, signal: Table | Ramp, variable: Variable) -> Signal:
         return replace(signal, unit="")
     if signal.unit == declared.name:
         return replace(signal, unit="")
-    source = field_unit(signal.unit)
-    target = declared if declared.powers is not None else field_unit(declared.name)
-    if source is None or target is None:
-        what = f"which is no unit known here; expected one that is, or a factor to {declared.name}"
-        if source is not None:
-            what = f"and it is not known what {declared.name} is; expected a factor to it, or no unit"
-        raise SystemDefinitionError(f"{port}: the {kind} is in {signal.unit}, {what}")
-    if compare(source, target) is Match.DIFFERENT:
-        raise SystemDefinitionError(f"{port}: the {kind} is in {describe(source)}; expected {describe(target)}")
+    source, target = _units_of(signal.unit, declared, f"{port} is a {kind}", relative=variable.relative)
     log.info("%s: the %s is in %s, and is converted to %s", port, kind, signal.unit, declared.name)
-    if variable.relative:
-        source, target = source.of_differences, target.of_differences
     if isinstance(signal, Ramp):
         initial, final = (converted(value, source, target) for value in (signal.initial, signal.final))
         return replace(signal, initial=initial, final=final, unit="")

@@ -10,12 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, ClassVar, Protocol, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import ScenarioError, format_time
+
+if TYPE_CHECKING:
+    from cosim.system.description import Variable
 
 Value = float | int | bool | str
 Level = Value
@@ -83,6 +86,11 @@ class Signal(Protocol):
     def change(self) -> Change | None:
         """Return it as one change of a number, at once or along a straight line, if it is."""
         return None
+
+    def driving(self, port: str, variable: Variable) -> Signal:
+        """Return what it is to the variable that it drives, whose type may say how it is to be read."""
+        del port, variable
+        return self
 
     def record(self) -> dict[str, Any]:
         """Return its kind and the numbers it is made from, as JSON can hold them."""
@@ -220,6 +228,8 @@ class Table(Signal):
         Values there, as many.
     unit : str
         What they are in, if not in the unit of the input; see `cosim.system.field_units.in_declared_units`.
+    origin : Signal, optional
+        The column of a file that they were read from, which is read anew for what is not Real.
     """
 
     kind: ClassVar[str] = "table"
@@ -227,6 +237,7 @@ class Table(Signal):
     times: tuple[float, ...]
     points: tuple[float, ...]
     unit: str = ""
+    origin: Signal | None = field(default=None, repr=False, compare=False)
     _times: FloatArray = field(init=False, repr=False, compare=False)
     _points: FloatArray = field(init=False, repr=False, compare=False)
 
@@ -248,6 +259,10 @@ class Table(Signal):
             raise ScenarioError(f"table: the line that begins at {format_time(at)} s is steeper than numbers can hold")
         object.__setattr__(self, "_times", times)
         object.__setattr__(self, "_points", points)
+
+    def driving(self, port: str, variable: Variable) -> Signal:
+        """Return itself, or to what is not Real what the file that it is from is to that."""
+        return self if variable.type == "Real" or self.origin is None else self.origin.driving(port, variable)
 
     def record(self) -> dict[str, Any]:
         """Return its kind, its points, and their unit if it is not that of the input."""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Never
+from typing import Any, Never, cast
 
 from cosim.errors import SystemDefinitionError, suggestion
 from cosim.system.signals import Constant, Signal, Value, plain_value
@@ -99,6 +99,10 @@ class Component:
             raise SystemDefinitionError(f"component '{self.name}': expected a name that is not empty and has no dot")
         if self.name == COUPLING:
             raise SystemDefinitionError(f"component '{COUPLING}': records use this name for the coupling itself")
+        if not isinstance(cast(object, self.parameters), Mapping):
+            raise SystemDefinitionError(
+                f"component '{self.name}': parameters are {self.parameters!r}; expected a mapping"
+            )
         plain = {name: plain_value(value) for name, value in self.parameters.items()}
         object.__setattr__(self, "parameters", MappingProxyType(plain))
 
@@ -234,6 +238,11 @@ class System:
         guards: tuple[str, ...] | None = None,
         power_bonds: tuple[PowerBond, ...] | None = None,
     ) -> None:
+        for connection in connections:
+            if not isinstance(cast(object, connection), Connection):
+                raise SystemDefinitionError(
+                    f"connections hold {connection!r}; expected Connection(source, target), each component.variable"
+                )
         signals = MappingProxyType({Port.parse(name): _signal(name, given) for name, given in inputs.items()})
         object.__setattr__(self, "components", components)
         object.__setattr__(self, "connections", connections)
@@ -257,19 +266,23 @@ class System:
         hint = suggestion(port.component, known)
         raise SystemDefinitionError(f"{name}: there is no component '{port.component}'{hint}")
 
-    def with_values(self, values: Mapping[str, Value] | Mapping[Port, Value]) -> System:
+    def with_values(self, values: Mapping[str, Value | Signal] | Mapping[Port, Value | Signal]) -> System:
         """Return the system with parameters, or inputs that no connection drives, set to other values.
 
         Parameters
         ----------
-        values : mapping of str to float, int, bool or str
-            By ``component.variable``. A value for an input replaces its signal by a constant.
+        values : mapping of str to float, int, bool, str or Signal
+            By ``component.variable``. A value for an input replaces its signal by a constant; a signal takes the place
+            of a signal or of a parameter's value.
         """
         inputs = dict(self.inputs)
         parameters = {component.name: dict(component.parameters) for component in self.components}
         for port, value in ((Port.parse(name), plain_value(value)) for name, value in values.items()):
             component = self.component_of(port).name
-            if port in inputs:
+            if _is_signal(value):
+                inputs[port] = value
+                parameters[component].pop(port.variable, None)
+            elif port in inputs:
                 inputs[port] = Constant(value)
             else:
                 parameters[component][port.variable] = value
@@ -302,11 +315,16 @@ class System:
             drivers[connection.target] = connection.source
 
 
+def _is_signal(value: object) -> bool:
+    """Tell whether something is a signal, of whatever class."""
+    return hasattr(value, "breakpoints")
+
+
 def _signal(name: str, given: object) -> Signal:
     """Take a signal as it is, and a number or Boolean as a constant."""
     value = plain_value(given)
     if isinstance(value, bool | int | float):
         return Constant(value)
-    if not hasattr(value, "breakpoints"):
+    if not _is_signal(value):
         raise SystemDefinitionError(f"{name} is {given!r}; expected a number, true, false or a signal")
     return value

@@ -40,11 +40,11 @@ fmu = "probe.fmu"
 [inputs]
 "one.u" = { kind = "table", file = "table.csv", column = "u" }
 "one.v" = { kind = "ramp", initial = 0.0, final = 3.0, start = 0.1, duration = 0.5 }
-"one.n" = 3
+"one.n" = { kind = "table", points = [[0, 3], [0.5, 4]] }
 "one.flag" = { kind = "step", before = false, after = true, at = 0.5 }
 [[variants]]
 name = "other"
-set = { "two.gain" = 4 }
+set = { "two.gain" = 4, "one.flag" = { kind = "table", points = [[0, true], [0.6, false]] } }
 """
 CSV = "time,u,v\n0,1.0,2\n0.25,1.5,3\n0.5,-2e-1,4\n1.0,0.0,5\n"
 SSV = parameter_set(

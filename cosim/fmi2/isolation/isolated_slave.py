@@ -52,6 +52,7 @@ class IsolatedSlave:
         self._written = _NOT_WRITTEN
         self._up_to_date = False
         self._lost = False
+        self.not_kept: dict[str, Value] = {}
         self._times: dict[int, float] = {}
         self._block: Block
         self._driven: RowBytes
@@ -83,8 +84,10 @@ class IsolatedSlave:
         section.values[0, : section.driven] = self._told_texts(reply, section.driven)
 
     def exit_initialization(self) -> None:
-        """Exit initialization mode."""
-        self._ask(Operation.EXIT)
+        """Exit initialization mode, and take note of parameters that are not what they were set to."""
+        content = self._ask(Operation.EXIT).content
+        told = content.not_kept if content is not None else {}
+        self.not_kept = {name: value for name, value in told.items() if name in self._description.by_name}
 
     def write(self, row: int) -> None:
         """Take the driven inputs from a row of the block; they are set together with what is asked for next."""

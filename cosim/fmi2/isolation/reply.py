@@ -62,6 +62,7 @@ class Content(_Part):
 
     error: Annotated[CallFailed | EndAsked | Refused, Field(discriminator="kind")] | None = None
     texts: list[str] = []
+    not_kept: dict[str, bool | int | float | str] = {}
     log: Annotated[list[Said], Field(max_length=MOST_MESSAGES)] = []
 
 

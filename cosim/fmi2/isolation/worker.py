@@ -13,6 +13,7 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from typing import Any
 from cosim.errors import CosimError, EndRequestError, FmuFileError, SlaveError
 from cosim.fmi2.fmu_slave import FmuSlave, open_fmu
 from cosim.fmi2.isolation.protocol import (
+    MOST_REPLY,
     NOTE,
     REPLY,
     TEXTS,
@@ -32,6 +34,7 @@ from cosim.fmi2.isolation.protocol import (
 from cosim.fmi2.model_description import read_description
 from cosim.recording.record import Block, Section
 from cosim.system.description import Description
+from cosim.system.signals import Value
 
 _LOOK = 0.02
 _NOTHING = b""
@@ -148,6 +151,7 @@ class Worker:
                 return self._enter(data, given)
             case Operation.EXIT:
                 self._slave.exit_initialization()
+                return _NOTHING, _not_kept(self._slave.not_kept)
             case Operation.TERMINATE:
                 self._slave.terminate()
             case Operation.CLOSE:
@@ -195,6 +199,18 @@ class Worker:
 
 def _texts(section: Section, row: int, count: int) -> dict[str, Any]:
     return {TEXTS: section.values[row, :count].tolist()} if count else {}
+
+
+def _not_kept(values: Mapping[str, Value]) -> dict[str, Any]:
+    """Return parameters that are not what they were set to, as many as a reply has room for."""
+    told: dict[str, Value] = {}
+    room = MOST_REPLY // 4
+    for name, value in values.items():
+        room -= len(json.dumps([name, value]))
+        if room < 0:
+            break
+        told[name] = value
+    return {"not_kept": told} if told else {}
 
 
 def _as_content(error: Exception) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -183,3 +184,24 @@ def test_the_header_of_a_library_tells_its_platform() -> None:
     assert built_for(mach) == {"aarch64-darwin"}
     assert built_for(fat) == {"x86_64-darwin", "aarch64-darwin"}
     assert built_for(b"\x7fELF") == built_for(b"text") == set()
+
+
+@pytest.mark.parametrize(
+    ("files", "check"),
+    [
+        ({"binaries/win64/suspect.dll": b"nonsense", "binaries/darwin64/suspect.dylib": b"nonsense"}, "libraries"),
+        ({"./": b""}, "archive"),
+        pytest.param(
+            {"resources/notes.": b"x"},
+            "archive",
+            marks=pytest.mark.skipif(os.name == "nt", reason="Windows drops dots"),
+        ),
+    ],
+)
+def test_what_does_not_keep_an_fmu_from_running_fails_and_the_fmu_is_run(
+    make_suspect: Maker, files: dict[str, bytes], check: str
+) -> None:
+    others = {name: content for name, content in files.items() if not name.startswith(f"binaries/{HERE}/")}
+    report = check_fmu(make_suspect(files=others))
+    assert set(failures(report)) == {check}
+    assert finding(report, "run").verdict is Verdict.PASSED

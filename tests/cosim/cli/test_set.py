@@ -37,6 +37,7 @@ BASE = System((Component("a", "a.fmu"),), inputs={"a.u": Step(0.0, 1.0, 0.5)})
         ("x", ".5", 0.5), ("x", "5", 5.0), ("x", "-1e-3", -0.001), ("x", "007", 7.0), ("x", "1_000", 1000.0),
         ("n", "007", 7), ("n", "-3", -3), ("n", "+3", 3),
         ("on", "True", True), ("on", "false", False), ("on", "TRUE", True),
+        ("s", "", ""), ("mode", "slow", 1),
         ("s", "123", "123"), ("s", "true", "true"), ("s", ".5", ".5"), ("s", '"a b"', "a b"), ("s", "it's'", "it's'"),
         ("mode", "fast", 5), ("mode", "5", 5), ("mode", "7", 2), ("mode", '"slow"', 1),
     ],
@@ -57,6 +58,7 @@ def test_a_value_of_an_input_takes_the_place_of_its_signal() -> None:
     ("given", "sentence"),
     [
         ("a.gain=much", "a.gain is 'much'; expected a number"),
+        ("a.gain=", "a.gain is ''; expected a number"),
         ("a.gain=inf", "a.gain is inf; expected a finite number >= 0 and <= 10"),
         ("a.n=1.5", "a.n is '1.5'; expected an integer"),
         ("a.flag=1", "a.flag is '1'; expected true or false"),

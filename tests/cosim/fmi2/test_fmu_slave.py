@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import zipfile
@@ -12,11 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cosim import Component, Connection, Constant, Scenario, SlaveError, Step, System, ramp, simulate
+from cosim import Component, Connection, Constant, Scenario, SlaveError, Step, System, ramp, simulate, stream
 from cosim.errors import FmuFileError, RunError, SystemDefinitionError
 from cosim.fmi2.fmu_slave import open_fmu
 from cosim.fmi2.model_description import read_description
 from cosim.recording.record import allocate_block
+from cosim.run.trajectory import open_trajectory
 
 pytestmark = pytest.mark.usefixtures("no_leftovers")
 
@@ -238,14 +240,27 @@ def test_parameters_survive_an_experiment_whose_set_up_resets_them(probe: Path) 
     assert result["resetting.integral"][-1] == pytest.approx(3.0 * 2.0, rel=1e-14)
 
 
-def test_a_parameter_that_the_fmu_does_not_keep_is_named(probe: Path, caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("isolate", [False, True])
+def test_a_parameter_that_the_fmu_does_not_keep_is_named(
+    probe: Path, caplog: pytest.LogCaptureFixture, isolate: bool
+) -> None:
     given = {"gain": 3.0, "text": "ü", "mode": "fast"}
-    record = simulate(scenario(probe, names=("forgetful", "probe"), parameters=given)).record
+    record = simulate(scenario(probe, names=("forgetful", "probe"), parameters=given), isolate=isolate).record
     said = [record.getMessage() for record in caplog.records if "after initialisation" in record.getMessage()]
     assert said == ["gain was set to 3.0, but the FMU has 1.0 after initialisation"]
     asked, kept = record["components"]["forgetful"], record["components"]["probe"]
-    assert (asked["parameters"]["gain"], asked["not_kept"]) == (3.0, {"gain": 1.0})
-    assert "not_kept" not in kept
+    assert (asked["parameters"]["gain"], asked["asked"]) == (1.0, {"gain": 3.0})
+    assert (asked["parameters"]["mode"], kept["parameters"]["gain"]) == ("fast", 3.0)
+    assert "asked" not in kept
+
+
+def test_a_streamed_run_tells_what_was_not_kept_as_well(probe: Path, tmp_path: Path) -> None:
+    given = scenario(probe, names=("forgetful",), parameters={"gain": 3.0, "mode": "fast"})
+    record = stream(given, tmp_path / "out").record
+    told = open_trajectory(tmp_path / "out").attrs
+    for components in (record["components"], json.loads(told["components"])):
+        found = components["forgetful"]
+        assert (found["parameters"]["gain"], found["asked"]) == (1.0, {"gain": 3.0})
 
 
 @pytest.mark.parametrize("start", ['start="7"', ""])

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 from cosim import (
@@ -17,7 +18,6 @@ from cosim import (
     Connection,
     Constant,
     Method,
-    Ramp,
     Result,
     RunOptions,
     Scenario,
@@ -31,6 +31,7 @@ from cosim import (
 from cosim.cli.app import app
 from cosim.errors import EndRequestError
 from cosim.run.job import Job, run_job
+from cosim.system.signals import FloatArray, Signal
 from tests.cosim.fakes import FakeSlave, describe
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_leftovers")]
@@ -227,11 +228,27 @@ def test_one_that_nothing_depends_on_and_cannot_go_back_ends_a_run_with_a_tolera
     assert result.time[-1] == 0.5
 
 
+class Dip(Signal):
+    """Fall below what the plant takes, where no breakpoint shows it before the run."""
+
+    kind = "dip"
+    breakpoints = ()
+
+    def values(self, times: FloatArray) -> NDArray[np.generic]:
+        return np.where((times > 1.0) & (times < 2.0), 97347.0 - 2e5 * (times - 1.0), 97347.0)
+
+    def left_values(self, times: FloatArray) -> NDArray[np.generic]:
+        return self.values(times)
+
+    def slopes(self, times: FloatArray) -> FloatArray:
+        return np.zeros(times.shape)
+
+
 @pytest.mark.parametrize("isolate", [False, True])
 def test_a_step_that_an_fmu_of_this_project_refuses_ends_no_run_normally(isolate: bool) -> None:
     """The library of pythonfmu says of every step that is refused that the FMU wants no more of them."""
     scenario = load_scenario("stick-slip")
-    inputs = {**scenario.system.inputs, "plant.WOB": Ramp(97347.0, -1e4, 1.0, 1.0)}
+    inputs = {**scenario.system.inputs, "plant.WOB": Dip()}
     ending = replace(scenario, system=replace(scenario.system, inputs=inputs), stop_time=3.0)
     with pytest.raises(SlaveError, match="WOB is -") as refused:
         simulate(ending, packaging="python", isolate=isolate)

@@ -117,6 +117,47 @@ def test_overrides_that_are_no_mapping_are_refused(given: Any) -> None:
         simulate("stick-slip", overrides=given)
 
 
+@pytest.mark.parametrize(
+    ("stop", "step", "points"), [("1 s", "250 ms", 5), ("1", 0.5, 3), (np.float32(1.0), np.array(0.5), 3)]
+)
+def test_times_are_numbers_or_have_a_unit(stop: Any, step: Any, points: int) -> None:
+    assert simulate("stick-slip", stop_time=stop, step_size=step).time.size == points
+    system = load_scenario("stick-slip").system
+    assert simulate(Scenario("timed", system, stop, step)).time.size == points
+
+
+@pytest.mark.parametrize(
+    ("mistake", "message"),
+    [
+        (
+            lambda: simulate("stick-slip", stop_time="soon"),
+            r"^stop_time is 'soon'; expected a number, with a unit or in s",
+        ),
+        (lambda: simulate("stick-slip", stop_time=True), r"^stop_time is True; expected a number of seconds"),
+        (lambda: simulate("stick-slip", step_size=[1]), r"^step_size is \[1\]; expected a number of seconds"),
+        (
+            lambda: simulate("stick-slip", stop_time=10**400),
+            r"^stop_time is an integer of 1329 bits; expected a number",
+        ),
+        (lambda: simulate("stick-slip", variant=3), r"^stick-slip: there is no variant '3'"),
+        (
+            lambda: simulate("stick-slip", overrides={"plant.WOB": 10**400}),
+            r"^plant\.WOB is an integer of 1329 bits; expected a finite number",
+        ),
+        (lambda: Component("p", "P", [1]), r"^component 'p': parameters are \[1\]; expected a mapping"),
+        (lambda: Variant("v", [1]), r"^variant 'v': values are \[1\]; expected a mapping"),
+        (
+            lambda: System((Component("p", "P"),), (("p.y", "p.u"),)),
+            r"^connections hold \('p\.y', 'p\.u'\); expected Connection\(source, target\)",
+        ),
+        (lambda: load_scenario(None), r"^scenario is None; expected a name or path"),
+    ],
+)
+def test_a_mistake_in_python_is_a_sentence(mistake: Callable[[], Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        mistake()
+
+
 def test_a_result_is_a_mapping(result: Result) -> None:
     assert isinstance(result, Mapping)
     assert list(result) == list(result.keys()) == ["time", "plant.speed", "plant.stuck"]

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+import pickle
 from pathlib import Path
 
 import pytest
@@ -17,9 +19,11 @@ from cosim import (
     Table,
     load_scenario,
     scenario_names,
+    simulate,
 )
 from cosim.errors import FmuFileError, ScenarioError, SystemDefinitionError
 from cosim.fmi2.locate import locate_fmu
+from cosim.run.assembly import refuse_unfit_variants
 
 GOOD = """
 title = "A title"
@@ -109,7 +113,7 @@ def test_a_file_becomes_plain_data(write) -> None:
         ("before =", "befor =", r"unknown key 'inputs\.plant\.c\.befor'; did you mean 'before'"),
         ('kind = "ramp"', 'kind = "rmap"', r"inputs\.plant\.d\.kind is 'rmap'; did you mean 'ramp'"),
         ("duration = 3", "duration = -3", r"inputs\.plant\.d: ramp: duration is -3 s; expected a number >= 0"),
-        ("[[0, 1], [1, 2]]", "[[0, 1], [1]]", r"inputs\.plant\.e: table: every point must be a pair"),
+        ("[[0, 1], [1, 2]]", "[[0, 1], [1]]", r"inputs\.plant\.e: points hold \[1\]; expected pairs"),
         ("[[0, 1], [1, 2]]", '[["x", 1]]', r"inputs\.plant\.e: points hold \['x', 1\]"),
         ('column = "WOB"', 'column = "wob"', "there is no column 'wob'"),
         ("set = {", "sets = {", r"unknown key 'variants\.sets'; did you mean 'set'"),
@@ -234,3 +238,50 @@ def test_a_string_that_names_a_file_beside_the_scenario_is_its_path(
     full = str(tmp_path / "mine" / "program.csv")
     assert dict(scenario.system.components[0].parameters) == {"table": full, "form": "printed", "other": "absent.csv"}
     assert dict(scenario.variants[0].values) == {"program.table": full}
+
+
+VARYING = """
+stop_time = 2.0
+step_size = 0.5
+[components.plant]
+fmu = "DrillstringNeutral"
+parameters = { c_b = 0.5 }
+[inputs]
+"plant.Omega" = 10.0
+[[variants]]
+name = "plain"
+[[variants]]
+name = "other"
+[variants.set]
+"plant.Omega" = { kind = "table", points = [[0, "60 rpm"], [4, "120 rpm"]] }
+"plant.c_b" = { kind = "step", before = 0.03, after = 50.0, at = 1.0 }
+"""
+
+
+def test_a_variant_sets_signals_in_the_place_of_signals_and_values(tmp_path: Path) -> None:
+    path = tmp_path / "varying.toml"
+    path.write_text(VARYING)
+    turn = math.pi / 30.0
+    plain, other = (simulate(path, variant=name) for name in ("plain", "other"))
+    assert plain["plant.Omega"].tolist() == [10.0] * 5
+    assert other["plant.Omega"].tolist() == pytest.approx([turn * rpm for rpm in (60.0, 67.5, 75.0, 82.5, 90.0)])
+    assert other["plant.c_b"].tolist() == [0.03, 0.03, 0.03, 50.0, 50.0]  # held over the step that led to each row
+    assert pickle.loads(pickle.dumps(load_scenario(path))).variants == load_scenario(path).variants
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("before = 0.03", "before = -1", r"plant\.c_b is -1 .*; expected a finite number"),
+        ("60 rpm", "60 kN", r"plant\.Omega is '60 kN', in kN .*; expected rad/s"),
+        ('"plant.c_b"', '"plant.L"', r"plant\.L is a fixed parameter; a signal drives"),
+        ("before = 0.03", "befor = 0.03", r"unknown key 'variants\.set\.plant\.c_b\.befor'; did you mean 'before'"),
+    ],
+)
+def test_a_signal_of_a_later_variant_that_does_not_fit_is_refused_before_the_first_is_run(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    path = tmp_path / "varying.toml"
+    path.write_text(VARYING.replace(old, new))
+    with pytest.raises(InputError, match=message):
+        refuse_unfit_variants(load_scenario(path), ["plain", "other"], "native")

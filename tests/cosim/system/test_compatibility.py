@@ -139,7 +139,7 @@ def test_start_values_take_the_type_of_their_variable() -> None:
         ),
         ("plant.L", Constant(1.0), "is a fixed parameter; a signal drives an input or a tunable parameter only"),
         ("plant.derived", Constant(1.0), "has causality calculatedParameter; a signal drives an input or a tunable"),
-        ("plant.gate", ramp(0, 1, 0, 1), "is Boolean; ramps and tables drive Real variables only"),
+        ("plant.gate", ramp(0, 1, 0, 1), "is Boolean; a ramp drives Real variables only"),
         ("plant.c_b", Step(1.0, -2.0, 0.5), "is -2; expected a finite number >= 0"),
         ("plant.c_c", Constant(1.0), r"has no variable 'c_c'; did you mean 'c_b'\?"),
         ("plant.gate", Constant(1.0), "is 1.0; expected true or false"),
@@ -185,8 +185,12 @@ def end(name: str, **attributes) -> Variable:
 
 def test_differences_have_no_offset(caplog: pytest.LogCaptureFixture) -> None:
     ends(end("y", unit=CELSIUS, relative=True), end("u", unit=KELVIN, relative=True))
-    ends(end("y", unit=CELSIUS, relative=True), end("u", unit=KELVIN))
     assert caplog.text == ""
+    ends(end("y", unit=CELSIUS, relative=True), end("u", unit=KELVIN))
+    (record,) = caplog.records
+    assert record.getMessage() == (
+        "connection a.y -> b.u: the source alone is a difference; degC (= K) is passed on as one of K (= K)"
+    )
     with pytest.raises(SystemDefinitionError, match=r"in degC \(= K\); expected degC \(= K \+ 273\.15\)"):
         ends(end("y", unit=CELSIUS, relative=True), end("u", unit=CELSIUS))
     with pytest.raises(SystemDefinitionError, match=r"the source is in degC \(= K \+ 273\.15\); expected K"):

@@ -12,7 +12,8 @@ from cosim import co_simulate
 from cosim.errors import ScenarioError, SystemDefinitionError
 from cosim.system.description import Unit, Variable
 from cosim.system.field_units import field_unit, in_declared_units
-from cosim.system.signals import Table
+from cosim.system.method import Method
+from cosim.system.signals import Ramp, Table
 from cosim.system.structure import Component, System
 from cosim.system.table_file import read_table
 from tests.cosim.fakes import RAD_PER_S, FakeSlave, describe
@@ -82,10 +83,12 @@ def test_the_master_steps_with_converted_values(written) -> None:
 
 def test_a_unit_of_another_kind_is_refused(written) -> None:
     table = read_table(written("time,WOB (klbf)\n0,10\n"))
-    with pytest.raises(SystemDefinitionError, match=r"^plant\.u: the table is in klbf \(= .*\); expected rad/s"):
+    with pytest.raises(SystemDefinitionError, match=r"^plant\.u is a table, in klbf \(= .*\); expected rad/s"):
         driven(table, RAD_PER_S)
     table = read_table(written("time,WOB (bananas)\n0,10\n"))
-    with pytest.raises(SystemDefinitionError, match="bananas, which is no unit known here; expected one that is, or a"):
+    with pytest.raises(
+        SystemDefinitionError, match="a table, and bananas is no unit known here; expected one that is, or N"
+    ):
         driven(table, NEWTON)
 
 
@@ -203,3 +206,59 @@ def test_what_cannot_be_read_is_a_sentence_with_file_and_line(written, text: str
     with pytest.raises(ScenarioError, match=message) as refused:
         read_table(written(text), **options)
     assert "data.csv" in str(refused.value)
+
+
+def test_a_row_with_more_cells_than_the_header_has_names_is_refused(written) -> None:
+    """As of numbers with a separator of thousands: 1,000 N would be 1 N."""
+    with pytest.raises(ScenarioError, match=r"data\.csv, line 3: there are 3 cells; expected 2 at most"):
+        read_table(written("time,WOB\n0,900\n1,1,000\n"))
+    assert read_table(written("time,WOB\n0,900,\n1,901,,\n")) == Table((0.0, 1.0), (900.0, 901.0))
+    with pytest.raises(ScenarioError, match=r"line 2: '1,000' is not a number; decimal = \",\" reads it as 1$"):
+        read_table(written('time,WOB\n0,"1,000"\n'))
+
+
+def test_a_file_in_another_encoding_is_read_and_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = tmp_path / "data.csv"
+    path.write_bytes("time,Größe (kN)\n0,1\n".encode("windows-1252"))
+    assert read_table(path) == Table((0.0,), (1.0,), "kN")
+    assert "the file, which is not in UTF-8, is in windows-1252; the unit of 'Größe (kN)' is kN" in caplog.text
+    path.write_bytes("time,Größe (kN)\n0,1\n".encode("utf-16"))
+    assert read_table(path, unit="kN", column="Größe") == Table((0.0,), (1.0,), "kN")
+
+
+def test_times_in_another_unit_are_told(written, caplog: pytest.LogCaptureFixture) -> None:
+    assert read_table(written("time (h),WOB\n0,1\n1,2\n")).times == (0.0, 3600.0)
+    assert "the times are in h, as its name says" in caplog.text
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "implicit"])
+@pytest.mark.parametrize(
+    ("signal", "message"),
+    [
+        (Table((0.0, 1.0, 2.0), (1.0, -999.0, 1.0)), r"plant\.u at t = 1\.00 s is -999; expected a finite number >= 0"),
+        (Table((0.0, 1.5), (1.0, 7.0)), r"plant\.u at t = 1\.50 s is 7; expected"),
+        (Ramp(1.0, 20.0, 0.0, 10.0), r"plant\.u at t = 2\.00 s is 4\.8; expected a finite number >= 0 and <= 4"),
+    ],
+)
+def test_a_signal_that_leaves_the_range_of_its_input_is_refused_before_the_run(
+    signal: Table | Ramp, message: str, algorithm: str
+) -> None:
+    bounded = Variable("u", 0, "Real", "input", start="0", minimum=0.0, maximum=4.0)
+    slave = FakeSlave(lambda t, u: [u], description=describe(outputs=["y"], extra=(bounded,)))
+    system = System((Component("plant", "fake"),), inputs={"plant.u": signal})
+    with pytest.raises(SystemDefinitionError, match=message):
+        co_simulate(system, {"plant": slave}, stop_time=2.0, step_size=0.5, method=Method(algorithm))
+    assert slave.steps == []
+
+
+def test_what_a_table_holds_after_the_run_is_nothing_to_it_and_none_within_is_told(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    bounded = Variable("u", 0, "Real", "input", start="0", minimum=0.0, maximum=4.0)
+    for table in (Table((0.0, 2.0, 3.0), (1.0, 2.0, -999.0)), Table((1.7e9, 1.8e9), (1.0, 2.0))):
+        slave = FakeSlave(lambda t, u: [u], description=describe(outputs=["y"], extra=(bounded,)))
+        system = System((Component("plant", "fake"),), inputs={"plant.u": table})
+        co_simulate(system, {"plant": slave}, stop_time=2.0, step_size=0.5)
+    (record,) = caplog.records
+    assert record.getMessage().startswith("plant.u: the table goes from 1700000000")
+    assert record.getMessage().endswith("so that nothing of it is in the run")

@@ -10,6 +10,8 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 NOT_PAGES = ("README.md",)  # the index for those who read the sources
 FOR_THE_PROJECT = {"CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog", "SECURITY.md": "security"}
+_NAMED = re.compile(r"\[(?:docs/)?[a-z-]+\.md\](?=\((?!http))")
+"""A link that shows the name of a page: in the site it shows its title."""
 _LINK = re.compile(r"\]\(([^)\s#:]+\.(?:md|txt|cff|yml)|LICENSE)(#[^)\s]*)?\)")
 
 
@@ -45,4 +47,4 @@ def _led(path: Path, place: Path) -> str:
         up = [".."] * len(place.parent.parts)
         return f"]({Path(*up, site).as_posix()}{found[2] or ''})"
 
-    return _LINK.sub(there, path.read_text(encoding="utf-8"))
+    return _NAMED.sub("[]", _LINK.sub(there, path.read_text(encoding="utf-8")))

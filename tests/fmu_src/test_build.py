@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Collection
 from pathlib import Path
 
 import fmpy
@@ -22,6 +23,8 @@ PACKAGINGS = ("native", "python")
 
 
 DIST = project.ROOT / "dist"
+FEW = ("DrillstringDistributed", "SoftTorque", "WeightOnBitLaw")
+"""A plant of several files, a law that remembers, and one that does not: what a compiler may see of them, all others show."""
 
 
 def run(
@@ -115,9 +118,9 @@ def test_a_python_fmu_needs_nothing_but_the_standard_library(name: str) -> None:
     assert {name for name in imported - sys.stdlib_module_names if not name.startswith("drillstring_")} == set()
 
 
-def assert_same_files(folder: Path, other: Path) -> None:
-    paths = sorted(path.relative_to(folder) for path in folder.rglob("*.fmu"))
-    assert len(paths) == len(PACKAGINGS) * len(MODELS)
+def assert_same_files(folder: Path, other: Path, names: Collection[str] = MODELS) -> None:
+    paths = sorted(path.relative_to(folder) for path in folder.rglob("*.fmu") if path.stem in names)
+    assert len(paths) == len(PACKAGINGS) * len(names)
     for path in paths:
         assert (other / path).read_bytes() == (folder / path).read_bytes(), path
 
@@ -132,9 +135,9 @@ def test_a_build_elsewhere_from_nothing_gives_the_bytes_of_dist(tmp_path: Path) 
         "SOURCE_DATE_EPOCH": "1234567890",
     }  # fmt: skip
     output = tmp_path / "output"
-    done = run(elsewhere, "--platform", "all", "--output", output, environment=environment, umask=0o077)
+    done = run(elsewhere, "--platform", "all", "--output", output, *FEW, environment=environment, umask=0o077)
     assert done.returncode == 0, done.stderr
-    assert_same_files(DIST, output)
+    assert_same_files(DIST, output, FEW)
 
 
 @pytest.mark.slow

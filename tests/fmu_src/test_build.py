@@ -24,7 +24,7 @@ PACKAGINGS = ("native", "python")
 
 DIST = project.ROOT / "dist"
 FEW = ("DrillstringDistributed", "SoftTorque", "WeightOnBitLaw")
-"""A plant of several files, a law that remembers, and one that does not: what a compiler may see of them, all others show."""
+"""A plant of several files, a law that remembers, and one that does not."""
 
 
 def run(

@@ -110,7 +110,9 @@ def _place(text: str, series: Any) -> tuple[str, Any]:
     if not equals or not name or not said:
         raise InputError(f"--at {text}: expected the form component.variable=value")
     if name not in series.coords:
-        return name, int(said) if said.isdigit() else said
+        return name, int(said) if said.isdecimal() else said
+    if series[name].dtype.kind == "b":
+        return name, {"true": True, "false": False}.get(said.lower(), said)
     if series[name].dtype.kind not in "fiu":
         return name, said
     return name, in_unit(said, str(series[name].attrs.get("units", "")), name)

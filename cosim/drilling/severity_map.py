@@ -254,7 +254,9 @@ def _string(
         return DrillstringParameters(**{name: v for name, v in given.items() if name in names})
     except MissingPackageError as error:
         log.warning("the lines of theory are not drawn: %s", error)
-        return None
+    except ValueError as error:  # as the plant itself refuses them, so that there are no points either
+        log.info("there are no lines of theory: %s", error)
+    return None
 
 
 def find_folds(

@@ -201,6 +201,12 @@ def test_lines_of_theory_are_those_of_the_string_at_each_place_of_other_axes(
         assert unpacked(each["x"]) == pytest.approx(speeds, abs=2e-3, nan_ok=True)
 
 
+def test_there_are_no_lines_of_theory_where_a_string_cannot_be(sweeps: Callable[..., Path], tmp_path: Path) -> None:
+    (group,) = drawn(write_report([sweeps("refused")], tmp_path / "refused.html", folds=0))["groups"]
+    assert group["failed"] == [[0, 1, 2, 3]]  # mu_sb is less than mu_cb there
+    assert [each["at"] for each in group["lines"][0]] == [{"0": 1}]
+
+
 def test_the_fold_of_a_string_is_looked_for_once_for_all_sweeps_of_it(
     sweep_of_six: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

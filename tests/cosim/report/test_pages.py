@@ -19,13 +19,14 @@ from lxml import html
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from cosim import open_series, open_sweep, open_variants
+from cosim import open_series, open_sweep, open_variants, sweep
 from cosim.cli.app import app
 from cosim.cli.reports import write_report
 from cosim.drilling.severity_map import Map
 from cosim.errors import InputError, MissingPackageError, OutputError
 from cosim.report.diagram import in_order, lay_out, ways
 from cosim.report.lines import kept_rows, line, packed_fully, shares
+from cosim.sweeps.told import gather
 from cosim.system.signals import FloatArray
 from models.plant.parameters import DrillstringParameters
 from models.theory.stability.chart import stability_boundary
@@ -286,6 +287,16 @@ def test_the_command_of_a_sweep_draws_its_samples_and_keeps_its_series_again(tmp
     assert first.attrs["sha256"] == second.attrs["sha256"]
     assert first.equals(second)
     assert open_series(tmp_path / "first.zarr").equals(open_series(tmp_path / "second.zarr"))
+
+
+def test_the_command_of_a_sweep_over_true_and_false_keeps_as_many_points_again(tmp_path: Path) -> None:
+    grid = {"law.enabled": "false,true", "plant.WOB": "2e4:1e5:4"}
+    given: dict[str, Any] = {"workers": 1, "stop_time": 20.0, "keep": ["plant.bit_speed"], "keep_points": 4}
+    sweep("soft-torque", tmp_path / "s.zarr", grid=grid, **given)
+    kept = open_series(tmp_path / "s.zarr")
+    assert (kept.sizes["law.enabled"], kept.sizes["plant.WOB"]) == (2, 2)
+    (told,) = gather([tmp_path / "s.zarr"], "si")["sweeps"]
+    assert "--keep-points 4 " in told["command"]
 
 
 def test_series_are_left_out_where_there_is_no_room_for_them(

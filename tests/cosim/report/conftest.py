@@ -107,7 +107,7 @@ SWEEPS = {
         "--keep",
         "plant.bit_speed",
     ],
-    "long": ["--grid", "plant.Omega=5,15", "--keep", "plant.bit_speed", "--keep-points", "1", "--keep-every", "0.0005"],
+    "long": ["--grid", "plant.Omega=9,13", "--keep", "plant.bit_speed", "--keep-points", "1", "--keep-every", "0.0006"],
     "failing": ["--grid", "plant.I_B=311,1e-3", "--grid", "plant.WOB=2e4,1e5"],
     "packagings": ["--grid", "plant=DrillstringNeutral,DrillstringDistributed", "--grid", "plant.WOB=2e4,1e5"],
 }

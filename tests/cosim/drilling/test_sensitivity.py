@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray
 from scipy.integrate import quad
 from typer.testing import CliRunner
 
@@ -20,6 +22,7 @@ from cosim.cli.app import app
 from cosim.drilling.mathematics import DrillstringParameters
 from cosim.drilling.sensitivity import estimate
 from cosim.drilling.severity import SWING
+from cosim.drilling.uncertainty import draw_indices
 from cosim.errors import MissingPackageError
 from cosim.sweeps.design import sampled
 from cosim.sweeps.distributions import Distribution
@@ -214,6 +217,28 @@ def test_indices_are_shown_drawn_and_written(tmp_path: Path) -> None:
     )  # fmt: skip
     exact = threshold.sel({"plant.WOB": 97347.0, "variable": "plant.c_b"})
     assert float(row["total_confidence"]) == float(exact["total_confidence"])
+
+
+@pytest.mark.parametrize(
+    ("axes", "titles"),
+    [
+        ({}, ["q"]),
+        ({"plant": ["A", "B"]}, ["plant = A: q", "plant = B: q"]),
+        ({"plant": ["A", "B"], "p.Omega": [2.0, 1.0, 3.0]}, ["plant = A: q", "plant = B: q"]),
+        ({"plant": ["A", "B"], "p.Omega": [2.0, 1.0], "p.WOB": [1.0, 2.0]}, ["plant = A: q", "plant = B: q"]),
+        ({"p.c_b": [3.0, 1.0, 2.0], "p.Omega": [2.0, 1.0], "p.WOB": [1.0, 2.0]}, ["p.c_b = 2: q"]),
+        ({"p.Omega": [2.0, 1.0], "p.WOB": [5.0]}, ["p.WOB = 5: q"]),
+    ],
+)
+def test_indices_over_axes_of_any_kind_are_drawn(axes: dict[str, list[Any]], titles: list[str], tmp_path: Path) -> None:
+    shape = [len(values) for values in axes.values()]
+    values = np.linspace(0.0, 1.0, math.prod(shape) * 2).reshape(*shape, 2)
+    dims = [*axes, "variable"]
+    kinds = ("first", "first_confidence", "total", "total_confidence")
+    indices = xarray.Dataset(dict.fromkeys(kinds, (dims, values)), {**axes, "variable": ["p.a", "p.b"]})
+    draw_indices(tmp_path / "i.svg", {"q": indices})
+    drawn = (tmp_path / "i.svg").read_text(encoding="utf-8")
+    assert [each for each in re.findall(r"<!-- (.*) -->", drawn) if each.endswith("q")] == titles
 
 
 def test_outputs_that_a_sweep_does_not_tell_are_named(store: Path, tmp_path: Path) -> None:

@@ -193,6 +193,11 @@ def test_rows_are_a_tenth_of_a_second_apart_or_as_the_steps_have_it() -> None:
         assert (rows.every, rows.last) == (pytest.approx(every), last)
 
 
+def test_rows_of_short_points_do_not_end_after_them() -> None:
+    assert 3 * 0.003 > 0.009
+    assert rows_of(Wanted(("a.y",)), 0.009, 0.003, continued=False) == Rows(("a.y",), 0.009, 0, 1)
+
+
 @pytest.mark.parametrize(
     ("wanted", "step_size", "sentence"),
     [

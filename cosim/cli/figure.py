@@ -86,6 +86,9 @@ def _draw_sweeps(
         raise InputError(f"{other} is no store of a sweep, as {stores[0]} is; expected one kind of folders")
     if variants:
         raise InputError("--variant is for runs; a sweep is of one variant")
+    for each in places[1]:
+        if not 0.0 <= each <= 100.0:
+            raise InputError(f"--quantile {each:g}: expected per cent, from 0 to 100")
     parts = [each / 100.0 for each in places[1]]
     found: dict[str, Any] = {}
     for store in stores:

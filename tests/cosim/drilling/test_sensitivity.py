@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 import re
@@ -14,11 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
+from rich.console import Console
 from scipy.integrate import quad
 from typer.testing import CliRunner
 
 from cosim import InputError, open_sweep, sobol_indices, sweep
 from cosim.cli.app import app
+from cosim.cli.sweeping import _print_indices
 from cosim.drilling.mathematics import DrillstringParameters
 from cosim.drilling.sensitivity import estimate
 from cosim.drilling.severity import SWING
@@ -245,6 +248,22 @@ def test_outputs_that_a_sweep_does_not_tell_are_named(store: Path, tmp_path: Pat
     code, said = cosim("sensitivity", str(store), "--output", str(tmp_path / "i.png"))
     assert code == 0
     assert "no indices of share: the sweep has not measured how a bit moves; known: " in said
+    sentence = "error: --confidence 100: expected per cent, between 0 and 100"
+    assert cosim("sensitivity", str(store), "--confidence", "100") == (2, sentence)
+
+
+def test_an_output_that_no_sample_has_is_not_said_to_be_constant() -> None:
+    def told(values: list[float]) -> str:
+        each = estimate(np.array(values), 1, 0.95, 10, 0)
+        kinds = ("first", "first_confidence", "total", "total_confidence")
+        found = {name: ("variable", getattr(each, name)) for name in kinds} | {"left_out": each.left_out}
+        screen = Console(file=io.StringIO(), width=100)
+        _print_indices(screen, xarray.Dataset(found, {"variable": ["p.a"]}, {"long_name": "q", "samples": 2}), "si")
+        return screen.file.getvalue().splitlines()[-1]
+
+    assert told([1.0] * 6) == "it does not vary"
+    assert told([math.nan] * 6) == "there are too few samples that have it"
+    assert told([1.0, 2.0, 3.0, math.nan, 2.0, 1.0]) == "there are too few samples that have it"
 
 
 @pytest.mark.parametrize(

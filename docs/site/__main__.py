@@ -23,7 +23,9 @@ from .python_pages import python_pages
 from .scripts import take_mathjax
 from .staging import DOCS, ROOT, stage
 
-_PARTS = ("source", "static", "extra", "html", "doctrees", "jupyter_execute")
+_PARTS = ("source", "static", "extra", "html", "doctrees")
+_OF_NOTEBOOKS = {"jupyter_execute", ".jupyter_cache"}
+"""What MyST-NB writes beside html/ at times."""
 
 
 def make(folder: Path, console: Path | None = None) -> Path:
@@ -41,11 +43,11 @@ def make(folder: Path, console: Path | None = None) -> Path:
     BuildError
         The folder holds something else, Node or npm lacks, a package cannot be had, or Sphinx has complained.
     """
-    others = {each.name for each in folder.iterdir()} - {*_PARTS} if folder.is_dir() else set[str]()
+    others = {each.name for each in folder.iterdir()} - {*_PARTS, *_OF_NOTEBOOKS} if folder.is_dir() else set[str]()
     if others:
         raise BuildError(f"{folder} holds {min(others)}, which is no part of a site; expected a folder of its own")
     shutil.rmtree(folder, ignore_errors=True)
-    sources, static, extra, pages, doctrees, _ = (folder / part for part in _PARTS)
+    sources, static, extra, pages, doctrees = (folder / part for part in _PARTS)
     stage(sources)
     for place, text in {
         **fmu_pages(),

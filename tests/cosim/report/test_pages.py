@@ -202,6 +202,15 @@ def test_lines_of_theory_are_those_of_the_string_at_each_place_of_other_axes(
         assert unpacked(each["x"]) == pytest.approx(speeds, abs=2e-3, nan_ok=True)
 
 
+def test_cells_are_called_bistable_of_one_system_alone(sweeps: Callable[..., Path], tmp_path: Path) -> None:
+    branches = [sweeps("plane"), sweeps("plane", "--branch", "down")]
+    assert "the sweeps disagree: bistable" in read(write_report(branches, tmp_path / "a.html", folds=0)).text_content()
+    others = [sweeps("plane"), sweeps("plane", "--set", "plant.c_b=60")]
+    text = read(write_report(others, tmp_path / "b.html", folds=0)).text_content()
+    assert "the sweeps disagree" in text
+    assert "bistable" not in text
+
+
 def test_there_are_no_lines_of_theory_where_a_string_cannot_be(sweeps: Callable[..., Path], tmp_path: Path) -> None:
     (group,) = drawn(write_report([sweeps("refused")], tmp_path / "refused.html", folds=0))["groups"]
     assert group["failed"] == [[0, 1, 2, 3]]  # mu_sb is less than mu_cb there

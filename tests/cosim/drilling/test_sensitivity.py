@@ -191,6 +191,11 @@ def test_the_same_seed_finds_the_same_indices(store: Path) -> None:
     assert first["total"].values.tolist() == other["total"].values.tolist()
 
 
+def test_a_bar_of_estimating_is_shown_where_it_is_asked_for(store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    sobol_indices(open_sweep(store), "work_in", progress=True)
+    assert "estimating indices: done after" in capfd.readouterr().err
+
+
 def test_a_store_tells_how_its_samples_were_drawn(store: Path) -> None:
     drawn = json.loads(open_sweep(store).attrs["sampling"])
     assert drawn == {

@@ -215,12 +215,12 @@ def sensitivity(
             raise OutputError(f"{path} cannot be written: {why(error)}") from error
         console = new_console()
         for each in found.values():
-            _print_indices(console, each, units)
+            print_indices(console, each, units)
         for sentence in (*left, f"wrote {path} and {path.with_suffix('.csv').name}"):
             console.print(Text(sentence), soft_wrap=True)
 
 
-def _print_indices(console: Console, indices: Any, units: str) -> None:
+def print_indices(console: Console, indices: Any, units: str) -> None:
     """Show indices, of several points those in the middle; those of a whole map are for the figure."""
     from cosim.system.field_units import shown_in
 

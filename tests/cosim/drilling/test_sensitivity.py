@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 
 from cosim import InputError, open_sweep, sobol_indices, sweep
 from cosim.cli.app import app
-from cosim.cli.sweeping import _print_indices
+from cosim.cli.sweeping import print_indices
 from cosim.drilling.mathematics import DrillstringParameters
 from cosim.drilling.sensitivity import estimate
 from cosim.drilling.severity import SWING
@@ -263,7 +263,7 @@ def test_an_output_that_no_sample_has_is_not_said_to_be_constant() -> None:
         kinds = ("first", "first_confidence", "total", "total_confidence")
         found = {name: ("variable", getattr(each, name)) for name in kinds} | {"left_out": each.left_out}
         screen = Console(file=io.StringIO(), width=100)
-        _print_indices(screen, xarray.Dataset(found, {"variable": ["p.a"]}, {"long_name": "q", "samples": 2}), "si")
+        print_indices(screen, xarray.Dataset(found, {"variable": ["p.a"]}, {"long_name": "q", "samples": 2}), "si")
         return screen.file.getvalue().splitlines()[-1]
 
     assert told([1.0] * 6) == "it does not vary"

@@ -86,6 +86,9 @@ def _draw_sweeps(
         raise InputError(f"{other} is no store of a sweep, as {stores[0]} is; expected one kind of folders")
     if variants:
         raise InputError("--variant is for runs; a sweep is of one variant")
+    for each in places[1]:
+        if not 0.0 <= each <= 100.0:
+            raise InputError(f"--quantile {each:g}: expected per cent, from 0 to 100")
     parts = [each / 100.0 for each in places[1]]
     found: dict[str, Any] = {}
     for store in stores:
@@ -110,7 +113,9 @@ def _place(text: str, series: Any) -> tuple[str, Any]:
     if not equals or not name or not said:
         raise InputError(f"--at {text}: expected the form component.variable=value")
     if name not in series.coords:
-        return name, int(said) if said.isdigit() else said
+        return name, int(said) if said.isdecimal() else said
+    if series[name].dtype.kind == "b":
+        return name, {"true": True, "false": False}.get(said.lower(), said)
     if series[name].dtype.kind not in "fiu":
         return name, said
     return name, in_unit(said, str(series[name].attrs.get("units", "")), name)

@@ -203,6 +203,8 @@ def sensitivity(
     from cosim.sweeps.reading import open_sweep
 
     with sentences():
+        if not 0.0 < confidence < 100.0:
+            raise InputError(f"--confidence {confidence:g}: expected per cent, between 0 and 100")
         with progress_bar() as bar:
             found, left = indices_of_all(open_sweep(store), confidence / 100.0, bar.one_task("estimating"))
         path = output or store.with_name(f"{store.stem}-indices.png")
@@ -213,12 +215,12 @@ def sensitivity(
             raise OutputError(f"{path} cannot be written: {why(error)}") from error
         console = new_console()
         for each in found.values():
-            _print_indices(console, each, units)
+            print_indices(console, each, units)
         for sentence in (*left, f"wrote {path} and {path.with_suffix('.csv').name}"):
             console.print(Text(sentence), soft_wrap=True)
 
 
-def _print_indices(console: Console, indices: Any, units: str) -> None:
+def print_indices(console: Console, indices: Any, units: str) -> None:
     """Show indices, of several points those in the middle; those of a whole map are for the figure."""
     from cosim.system.field_units import shown_in
 
@@ -244,4 +246,5 @@ def _print_indices(console: Console, indices: Any, units: str) -> None:
         )
     console.print(table)
     if bool(point["total"].isnull().all()):
-        console.print(Text("it does not vary"))
+        enough = int(indices.attrs["samples"]) - int(point["left_out"]) > 1
+        console.print(Text("it does not vary" if enough else "there are too few samples that have it"))

@@ -9,7 +9,7 @@ What takes long shows how far it is, as `cosim.progress` does: `progress` is wha
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
 from typing import TYPE_CHECKING, Any
 
 from cosim.errors import require
@@ -122,12 +122,14 @@ def __getattr__(name: str) -> object:
     return _watched(found, _SLOW[name]) if name in _SLOW and callable(found) else found
 
 
+@cache
 def _watched(function: Callable[..., Any], title: str) -> Callable[..., Any]:
-    """Return a function that shows how far it is."""
+    """Return a function that shows how far it is: the same one each time, so that it can go to other processes."""
 
     @wraps(function)
     def call(*arguments: Any, progress: Progress | bool | None = None, **keywords: Any) -> Any:
         with shown(progress, title) as told:
             return function(*arguments, **keywords, **({} if told is None else {"progress": told}))
 
+    call.__module__ = __name__
     return call

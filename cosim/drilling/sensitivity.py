@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, cast
 
@@ -21,6 +21,7 @@ import numpy as np
 
 from cosim.drilling.severity_map import unstable_points
 from cosim.errors import InputError, require, suggestion
+from cosim.progress import Progress, shown
 from cosim.system.signals import FloatArray
 
 INSTABILITY, SHARE, THRESHOLD = "instability", "share", "threshold"
@@ -40,9 +41,6 @@ _SALTELLI = "saltelli"
 
 class NoOutputError(InputError):
     """An output that a sweep does not tell."""
-
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -108,7 +106,7 @@ def sobol_indices(
     confidence: float = 0.95,
     resamples: int = RESAMPLES,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> Any:
     """Estimate Sobol indices of an output of a sweep whose samples were drawn by ``sampling="saltelli"``.
 
@@ -124,8 +122,8 @@ def sobol_indices(
         How likely an index is to lie in its interval, between 0 and 1.
     resamples, seed : int
         How often samples are drawn again for the interval, and what draws the same again.
-    progress : callable, optional
-        Called now and then.
+    progress : callable or bool, optional
+        Called now and then; True: a bar is shown, False: none. By default there is one in notebooks and in IPython.
 
     Returns
     -------
@@ -145,7 +143,16 @@ def sobol_indices(
     if resamples < 2:
         raise InputError(f"the samples are to be drawn again {resamples} times; expected 2 at least")
     drawn = _drawn(dataset)
-    names = list(drawn["from"])
+    with shown(progress, "estimating indices") as told:
+        found = _indices(dataset, of, list(drawn["from"]), (confidence, resamples, seed), told)
+    about = {"confidence": confidence, "seed": seed, "resamples": resamples, "samples": int(drawn["count"])}
+    return found.assign_attrs(**about, sha256=str(dataset.attrs["sha256"]))
+
+
+def _indices(
+    dataset: Any, of: str, names: Sequence[str], how: tuple[float, int, int], progress: Progress | None
+) -> Any:
+    """Estimate the indices of an output at each point, with confidence, resamples and seed."""
     output = _output(dataset, of, progress)
     shape = output.shape[:-1]
     found: dict[str, FloatArray] = {
@@ -154,7 +161,7 @@ def sobol_indices(
     }
     left_out = np.zeros(shape, dtype=np.int64)
     for number, place in enumerate(np.ndindex(*shape), 1):
-        each = estimate(output.values[place], len(names), confidence, resamples, seed)
+        each = estimate(output.values[place], len(names), *how)
         for name, values in found.items():
             values[place] = getattr(each, name)
         left_out[place] = each.left_out
@@ -163,12 +170,9 @@ def sobol_indices(
     dims = [str(name) for name in output.dims[:-1]]
     return _xarray().Dataset(
         {**{name: ([*dims, VARIABLE], values) for name, values in found.items()}, "left_out": (dims, left_out)},
-        {**{name: dataset[name] for name in dims if name in dataset.coords}, VARIABLE: names},
-        {
-            "of": of, "long_name": output.attrs.get("long_name", of), "confidence": confidence, "seed": seed,
-            "resamples": resamples, "samples": int(drawn["count"]), "sha256": str(dataset.attrs["sha256"]),
-        },
-    )  # fmt: skip
+        {**{name: dataset[name] for name in dims if name in dataset.coords}, VARIABLE: list(names)},
+        {"of": of, "long_name": output.attrs.get("long_name", of)},
+    )
 
 
 def indices_of_all(

@@ -144,6 +144,7 @@ def read_map(dataset: Any, quantity: str | None = None) -> Map:
     if wanted not in choices:
         raise InputError(f"the sweep has kept no '{wanted}' over {', '.join(over)}{suggestion(wanted, choices)}")
     x_name, y_name = sorted(plane, key=lambda name: not name.endswith(".Omega"))
+    dataset = dataset.sortby(plane)  # a grid may be given in any order
     order = (*([_SAMPLE] if _SAMPLE in over else ()), y_name, x_name)
     kept = {name: np.asarray(dataset[name].transpose(*order).values) for name in ("failed", *known)}
     unstable, failed = unstable_points(kept), kept["failed"] == 1
@@ -254,7 +255,9 @@ def _string(
         return DrillstringParameters(**{name: v for name, v in given.items() if name in names})
     except MissingPackageError as error:
         log.warning("the lines of theory are not drawn: %s", error)
-        return None
+    except ValueError as error:  # as the plant itself refuses them, so that there are no points either
+        log.info("there are no lines of theory: %s", error)
+    return None
 
 
 def find_folds(

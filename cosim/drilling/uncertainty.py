@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -110,6 +110,9 @@ def _draw(panel: Any, signal: Any, view: View, colour: str, prefix: str) -> None
 def draw_indices(path: Path, found: Mapping[str, Any], units: str = "metric") -> None:
     """Draw Sobol indices into a file: maps of the total ones where they are over a plane, else bars or lines.
 
+    Those of each FMU that takes the place of a component are drawn apart. Of more than two axes of numbers two are
+    drawn, drive speed and weight on bit if they are among them, and the others are in their middle; titles tell where.
+
     Parameters
     ----------
     path : Path
@@ -125,7 +128,30 @@ def draw_indices(path: Path, found: Mapping[str, Any], units: str = "metric") ->
         If the file cannot be written.
     """
     shown_in("", units)
-    save_figure(path, lambda: _compose_indices(found, units))
+    parts = {title: part for label, each in found.items() for title, part in _drawable(label, each, units)}
+    save_figure(path, lambda: _compose_indices(parts, units))
+
+
+def _drawable(label: str, indices: Any, units: str) -> Generator[tuple[str, Any]]:
+    """Take indices apart into what is over two axes of numbers at most, each with a title that tells where it is."""
+    numbers = _over(indices)
+    indices = indices.sortby(numbers)
+    varied = [name for name in numbers if int(indices.sizes[name]) > 1]
+    drawn = sorted(varied, key=lambda name: not name.endswith((".Omega", ".WOB")))[:2]
+    middle = {name: int(indices.sizes[name]) // 2 for name in numbers if name not in drawn}
+    texts = [name for name in _places(indices) if name not in numbers]
+    for place in np.ndindex(*(int(indices.sizes[name]) for name in texts)):
+        at = {**dict(zip(texts, place, strict=True)), **middle}
+        where = ", ".join(_said(indices, name, number, units) for name, number in at.items())
+        yield f"{where}: {label}" if where else label, indices.isel(at)
+
+
+def _said(indices: Any, name: str, number: int, units: str) -> str:
+    """Tell the place of indices on an axis."""
+    value = indices[name].values[number]
+    unit, factor = _shown(indices, name, units)
+    told = f"{float(value) * factor:.6g} {unit}".strip() if indices[name].dtype.kind in "fi" else str(value)
+    return f"{name} = {told}"
 
 
 def _compose_indices(found: Mapping[str, Any], units: str) -> Any:
@@ -192,7 +218,7 @@ def _draw_bars(panel: Any, indices: Any, units: str) -> None:
     names: list[str] = indices[VARIABLE].values.tolist()
     places = np.arange(len(names))
     for shift, kind, label in ((-0.2, "first", "first order"), (0.2, "total", "total")):
-        values, half = (np.ravel(indices[name].values)[: len(names)] for name in (kind, f"{kind}_confidence"))
+        values, half = (indices[name].values for name in (kind, f"{kind}_confidence"))
         colour = COLOURS[shift > 0.0]
         panel.bar(places + shift, values, 0.38, yerr=half, color=colour, alpha=0.8, capsize=2, label=label)
     panel.set_xticks(places, [printable(name)[:LONGEST_NAME] for name in names])

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cosim.errors import InputError, require, suggestion
 from cosim.files import why
 
@@ -143,9 +145,11 @@ def _at(found: Any, name: str, value: Any) -> Any:
         raise InputError(f"the series are not over '{name}'{suggestion(name, over)}")
     try:
         if name not in found.coords:
-            return found.isel({name: value})
-        near = {"method": "nearest"} if found[name].dtype.kind in "fiu" else {}
-        return found.sel({name: value}, **near)
+            return found.isel({name: range(found.sizes[name])[value]})
+        if found[name].dtype.kind not in "fiu":
+            return found.sel({name: value})
+        away = np.abs(found[name].values - float(value))  # they may come in any order
+        return found.isel({name: int(np.nanargmin(away))})
     except (KeyError, IndexError, TypeError, ValueError):
         raise InputError(f"the series have no {value!r} of {name}") from None
 

@@ -122,7 +122,7 @@ def rows_of(wanted: Wanted, duration: float, step_size: float | None, *, continu
     if every is None:
         most = duration if step_size is None else math.floor(duration / step_size * (1.0 + _SAME)) * step_size
         usual = EVERY if step_size is None else math.ceil(EVERY / step_size * (1.0 - _SAME)) * step_size
-        every = min(usual, most)
+        every = min(usual, most, duration)  # of which the second is greater by a rounding at times
     if not 0.0 < every <= duration:
         raise InputError(f"series are to be kept every {every:g} s of points of {duration:g} s; expected less, and > 0")
     strides = 1.0 if step_size is None else every / step_size

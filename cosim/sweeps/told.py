@@ -242,7 +242,7 @@ def _keeping(found: Any) -> list[str]:
     if told is None:
         return []
     words = [word for name in told["signals"] for word in ("--keep", str(name))]
-    spread = [name for name in _axes_of(found) if found[name].dtype.kind in "fiu"]
+    spread = [name for name in _axes_of(found) if found[name].dtype.kind in "fiub"]
     kept = {name: told["points"][name] for name in spread}
     points = math.prod(found.sizes[name] if each == "all" else len(each) for name, each in kept.items())
     return [*words, "--keep-every", repr(told["every"]), "--keep-points", str(points)]

@@ -108,22 +108,25 @@ def in_unit(text: str, unit: str, what: str) -> float:
     text : str
         Such as ``2 min``, or a number alone, which is in the unit already.
     unit : str
-        A unit that is known here.
+        What it is to be in; empty where it is in none.
     what : str
         The name of the value, for messages.
 
     Raises
     ------
     SystemDefinitionError
-        If it is no number, or of another kind.
+        If it is no number, or of another kind, or nobody knows of which.
     """
     found = quantity(text)
     if found is None:
         try:
             return float(text)
         except ValueError:
-            raise SystemDefinitionError(f"{what} is '{text}'; expected a number, with a unit or in {unit}") from None
-    return _in_unit(found[0], found[1], Unit(unit, *_KNOWN[unit]), what, f"'{text}'")
+            ways = f", with a unit or in {unit}" if unit else ""
+            raise SystemDefinitionError(f"{what} is '{text}'; expected a number{ways}") from None
+    if not unit:
+        raise SystemDefinitionError(f"{what} is '{text}', but has no unit; expected a number alone")
+    return _in_unit(found[0], found[1], Unit(unit), what, f"'{text}'")
 
 
 def seconds(given: object, what: str) -> float:

@@ -23,9 +23,10 @@ from cosim.system.field_units import field_unit
 
 MOST_BYTES = 2**30
 """In a file."""
-# -999.25 is what LAS files, and CSV files made from them, hold where nothing was measured (CWLS, LAS 2.0, ~W NULL).
-MISSING = ("", "nan", "null", "na", "n/a", "none", "-999.25")
+MISSING = ("", "nan", "null", "na", "n/a", "none")
 """What cells hold where a value is missing, in small letters."""
+NOT_MEASURED = -999.25
+"""What LAS files, and CSV files made from them, hold instead, with any number of noughts (CWLS, LAS 2.0, ~W NULL)."""
 _SEPARATORS = (",", ";", "\t")
 _NAMES_OF_TIME = ("time", "t", "timestamp", "time stamp", "datetime", "date time", "date/time", "elapsed time")
 _NAME_WITH_UNIT = re.compile(r"(?P<name>.*\S)\s*[(\[](?P<unit>[^()\[\]]+)[)\]]")
@@ -80,9 +81,9 @@ class Sheet:
     def number(self, line: int, row: list[str], column: int) -> float | None:
         """Read a cell; None where the value is missing."""
         cell = row[column].strip() if column < len(row) else ""
-        if cell.lower() in MISSING:
-            return None
         number = number_in(cell, self.decimal)
+        if cell.lower() in MISSING or number == NOT_MEASURED:
+            return None
         if number is None:
             hint = self._hint(cell)
             raise ScenarioError(f"table {self.path}, line {line}: '{cell}' is not a number{hint}")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cosim.errors import ScenarioError, suggestion
 from cosim.system.compatibility import convert, read_value
 from cosim.system.description import Variable
-from cosim.system.sheet import MISSING, Sheet, number_in, read_sheet, time_column, times_in
+from cosim.system.sheet import MISSING, NOT_MEASURED, Sheet, number_in, read_sheet, time_column, times_in
 from cosim.system.signals import FloatArray, Level, Signal, Table
 from cosim.system.staircase import Staircase
 
@@ -90,9 +90,9 @@ class Column(Signal):
             return convert(label, variable, cell) if plain else None
         if plain in variable.items:
             return convert(label, variable, plain)
-        if plain.lower() in MISSING:
-            return None
         number = number_in(plain, self.sheet.decimal)
+        if plain.lower() in MISSING or number == NOT_MEASURED:
+            return None
         if variable.type == "Boolean" and number in (0.0, 1.0):
             return bool(number)
         whole = variable.type != "Boolean" and number is not None and number.is_integer()

@@ -23,6 +23,10 @@ from .python_pages import python_pages
 from .scripts import take_mathjax
 from .staging import DOCS, ROOT, stage
 
+_PARTS = ("source", "static", "extra", "html", "doctrees")
+_OF_NOTEBOOKS = {"jupyter_execute", ".jupyter_cache"}
+"""What MyST-NB writes beside html/ at times."""
+
 
 def make(folder: Path, console: Path | None = None) -> Path:
     """Make the site anew in a folder, and return the folder that is to be published.
@@ -30,17 +34,20 @@ def make(folder: Path, console: Path | None = None) -> Path:
     Parameters
     ----------
     folder : Path
-        What it holds is removed.
+        A new one, or one of a site, which is removed.
     console : Path, optional
         The page of the console, if it has been built elsewhere.
 
     Raises
     ------
     BuildError
-        Node or npm lacks, a package cannot be had, or Sphinx has complained.
+        The folder holds something else, Node or npm lacks, a package cannot be had, or Sphinx has complained.
     """
+    others = {each.name for each in folder.iterdir()} - {*_PARTS, *_OF_NOTEBOOKS} if folder.is_dir() else set[str]()
+    if others:
+        raise BuildError(f"{folder} holds {min(others)}, which is no part of a site; expected a folder of its own")
     shutil.rmtree(folder, ignore_errors=True)
-    sources, static, extra, pages = (folder / part for part in ("source", "static", "extra", "html"))
+    sources, static, extra, pages, doctrees = (folder / part for part in _PARTS)
     stage(sources)
     for place, text in {
         **fmu_pages(),
@@ -56,9 +63,7 @@ def make(folder: Path, console: Path | None = None) -> Path:
     (static / "formula.css").write_text(formula_css(), encoding="utf-8")
     (extra / "console").mkdir(parents=True)
     shutil.copyfile(console or _console(), extra / "console" / "index.html")
-    _run_sphinx(
-        sources, pages, folder / "doctrees", {"html_static_path": [str(static)], "html_extra_path": [str(extra)]}
-    )
+    _run_sphinx(sources, pages, doctrees, {"html_static_path": [str(static)], "html_extra_path": [str(extra)]})
     return pages
 
 

@@ -23,7 +23,7 @@ from .formula import (
     Words,
 )
 
-_APPLICATION = "&#8289;"
+_APPLICATION = "<mo>&#8289;</mo>"
 """The invisible operator between a function and what it is of."""
 
 
@@ -46,7 +46,7 @@ def mathml(node: Node) -> str:
         case Letter(letter):
             return f"<mi>{letter}</mi>"
         case Function(name):
-            return f"<mi>{name}</mi><mo>{_APPLICATION}</mo>"
+            return f"<mi>{name}</mi>{_APPLICATION}"
         case Number(digits):
             return f"<mn>{digits}</mn>"
         case Words(words):
@@ -64,7 +64,12 @@ def _operator(sign: str) -> str:
 
 
 def _scripted(node: Scripted) -> str:
-    base = mathml(node.base)
+    if isinstance(node.base, Function):  # what it is of follows its scripts
+        return _with_scripts(f"<mi>{node.base.name}</mi>", node) + _APPLICATION
+    return _with_scripts(mathml(node.base), node)
+
+
+def _with_scripts(base: str, node: Scripted) -> str:
     if node.above is None:
         return f"<msub>{base}{'' if node.below is None else mathml(node.below)}</msub>"
     if node.below is None:

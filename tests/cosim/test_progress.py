@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -48,6 +49,10 @@ def test_what_is_called_instead_is_told_all(tmp_path: Path, capfd: pytest.Captur
     stability_chart(DrillstringParameters(), 10.0, 9e4, OMEGA, WOB, progress=lambda *told: rows.append(told))
     assert rows == [("1 of 2 rows", 0.5), ("2 of 2 rows", 1.0)]
     assert capfd.readouterr() == ("", "")
+
+
+def test_what_shows_progress_can_go_to_other_processes() -> None:
+    assert pickle.loads(pickle.dumps(stability_chart)) is stability_chart
 
 
 def test_a_bar_comes_by_itself_in_ipython_after_a_while(

@@ -111,6 +111,7 @@ def test_brackets_know_whether_they_have_to_be_tall() -> None:
         ),
         ("a < b", "<mrow><mi>a</mi><mo>&lt;</mo><mi>b</mi></mrow>"),
         (r"\exp(x)", "<mrow><mi>exp</mi><mo>&#8289;</mo><mrow><mo>(</mo><mi>x</mi><mo>)</mo></mrow></mrow>"),
+        (r"\sin^2 x", "<mrow><msup><mi>sin</mi><mn>2</mn></msup><mo>&#8289;</mo><mi>x</mi></mrow>"),
     ],
 )
 def test_a_screen_reader_is_given_mathml(latex: str, expected: str) -> None:

@@ -20,8 +20,10 @@ import typer
 from lxml import html
 
 from cosim.cli.app import app
+from docs.site.__main__ import make
 from docs.site.python_pages import PUBLIC, public_names
 from fmu_src.console.page import PAGE, build_page
+from fmu_src.errors import BuildError
 from fmu_src.fmus import MODELS
 from tests.once import built_once
 
@@ -58,6 +60,14 @@ def sites(run_folder: Path) -> tuple[Path, Path]:
 
     folder = built_once(run_folder / "site", make)
     return folder / "once" / "html", folder / "again" / "html"
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "html").mkdir()
+    (tmp_path / "letter.txt").write_text("dear reader")
+    with pytest.raises(BuildError, match=r"holds letter\.txt, which is no part of a site; expected"):
+        make(tmp_path)
+    assert (tmp_path / "letter.txt").read_text() == "dear reader"
 
 
 @pytest.fixture(scope="module")

@@ -80,6 +80,16 @@ def test_its_threshold_is_that_of_the_theory_for_other_strings_too(node: str, co
     assert [each for each in found if each] == pytest.approx([each for each in expected if each], rel=1e-9)
 
 
+def test_gains_of_a_drive_that_is_not_there_change_no_verdict(node: str, console: Path) -> None:
+    # just below the threshold of steady rotation a swing takes minutes to grow, and just above it to die away
+    threshold = critical_omega(DrillstringParameters(), 97347.0)
+    speeds = [str(threshold - 0.045), str(threshold + 0.055)]
+    command = [node, HERE / "severities.mjs", console, *speeds]
+    found = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    assert [each["sticks"] for each in found["plain"]] == [True, False]
+    assert found["noisy"] == found["plain"]
+
+
 def test_a_wheel_takes_the_page_if_it_is_made_from_these_sources(
     console: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

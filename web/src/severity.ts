@@ -4,6 +4,7 @@ import type { Core } from "./core";
 import type { Gain } from "./laws";
 import { Rig } from "./rig";
 import type { From, Settings } from "./settings";
+import { hasDrive } from "./system";
 
 const SETTLING = 50; // s
 const WINDOW = 10; // s
@@ -33,8 +34,10 @@ export function severity(core: Core, settings: Settings, from: From): Severity {
   }
 }
 
-function isNoisy({ gains }: Settings): boolean {
-  return ["TopDrive.speed_noise", "TopDrive.torque_noise"].some((name) => (gains[name as Gain] ?? 0) > 0);
+/** Whether there are sensors that have noise: gains outlive a drive that is not there any more. */
+function isNoisy(settings: Settings): boolean {
+  const noise: readonly Gain[] = ["TopDrive.speed_noise", "TopDrive.torque_noise"];
+  return hasDrive(settings) && noise.some((gain) => (settings.gains[gain] ?? 0) > 0);
 }
 
 function watch(rig: Rig): Severity {

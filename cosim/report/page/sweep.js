@@ -17,6 +17,8 @@
     const above = Math.min(below + 1, sorted.length - 1);
     return sorted[below] + (place - below) * (sorted[above] - sorted[below]);
   };
+  // one by one, as a call takes no more than some 100,000 arguments
+  const add = (extent, ...lists) => lists.forEach((values) => values.forEach((value) => extent.push(value)));
   const finite = (values) => Array.from(values).filter(Number.isFinite).sort((a, b) => a - b);
   const STATISTICS = [
     ["median", (sorted) => quantile(sorted, 0.5)],
@@ -194,7 +196,7 @@
           const banded = sampled && measure !== state;
           const [low, high] = banded ? [at(1), at(2)] : [y, y];
           model(`curve-${place}-${k}-${sweep}`).data = { x: places[0], y, low, high };
-          if (!dropped.has(sweep)) extent.push(...low, ...high);
+          if (!dropped.has(sweep)) add(extent, low, high);
           const ringed = (ringsOf(sweep) ?? [[]])[0].filter((value) => places[0].includes(value));
           model(`rings-${place}-${k}-${sweep}`).data = { x: ringed, y: ringed.map((value) => y[places[0].indexOf(value)]) };
           model(`ring-${place}-${k}-${sweep}`).visible = !dropped.has(sweep);
@@ -227,7 +229,7 @@
           x: sorted.length ? [sorted[0], ...sorted] : [], y: sorted.length ? [0, ...sorted.map((_, k) => (k + 1) / sorted.length)] : [],
         };
         model(`scatter-${place}-${sweep}`).data = { x, y: Array.from(values) };
-        if (!dropped.has(sweep)) extent.push(...sorted);
+        if (!dropped.has(sweep)) add(extent, sorted);
         for (const name of ["stair", "spot"]) model(`${name}-${place}-${sweep}`).visible = !dropped.has(sweep);
       }
       fit(model(`ecdf-${place}`).x_range, extent);
@@ -276,7 +278,7 @@
           for (const name of sampled ? ["trace", "q0", "q1"] : ["trace"]) {
             model(`${name}-${place}-${panel}-${sweep}`).visible = !dropped.has(sweep);
           }
-          if (!dropped.has(sweep)) extent.push(...q0, ...q4);
+          if (!dropped.has(sweep)) add(extent, q0, q4);
         }
         fit(figure.y_range, extent);
         const of = sampled ? "median of the samples, with bands from the 25 % to the 75 % and from the 5 % to the 95 % quantile, of " : "";

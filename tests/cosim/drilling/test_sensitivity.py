@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,14 +14,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray
+from rich.console import Console
 from scipy.integrate import quad
 from typer.testing import CliRunner
 
 from cosim import InputError, open_sweep, sobol_indices, sweep
 from cosim.cli.app import app
+from cosim.cli.sweeping import print_indices
 from cosim.drilling.mathematics import DrillstringParameters
 from cosim.drilling.sensitivity import estimate
 from cosim.drilling.severity import SWING
+from cosim.drilling.uncertainty import draw_indices
 from cosim.errors import MissingPackageError
 from cosim.sweeps.design import sampled
 from cosim.sweeps.distributions import Distribution
@@ -185,6 +191,11 @@ def test_the_same_seed_finds_the_same_indices(store: Path) -> None:
     assert first["total"].values.tolist() == other["total"].values.tolist()
 
 
+def test_a_bar_of_estimating_is_shown_where_it_is_asked_for(store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    sobol_indices(open_sweep(store), "work_in", progress=True)
+    assert "estimating indices: done after" in capfd.readouterr().err
+
+
 def test_a_store_tells_how_its_samples_were_drawn(store: Path) -> None:
     drawn = json.loads(open_sweep(store).attrs["sampling"])
     assert drawn == {
@@ -216,10 +227,48 @@ def test_indices_are_shown_drawn_and_written(tmp_path: Path) -> None:
     assert float(row["total_confidence"]) == float(exact["total_confidence"])
 
 
+@pytest.mark.parametrize(
+    ("axes", "titles"),
+    [
+        ({}, ["q"]),
+        ({"plant": ["A", "B"]}, ["plant = A: q", "plant = B: q"]),
+        ({"plant": ["A", "B"], "p.Omega": [2.0, 1.0, 3.0]}, ["plant = A: q", "plant = B: q"]),
+        ({"plant": ["A", "B"], "p.Omega": [2.0, 1.0], "p.WOB": [1.0, 2.0]}, ["plant = A: q", "plant = B: q"]),
+        ({"p.c_b": [3.0, 1.0, 2.0], "p.Omega": [2.0, 1.0], "p.WOB": [1.0, 2.0]}, ["p.c_b = 2: q"]),
+        ({"p.Omega": [2.0, 1.0], "p.WOB": [5.0]}, ["p.WOB = 5: q"]),
+    ],
+)
+def test_indices_over_axes_of_any_kind_are_drawn(axes: dict[str, list[Any]], titles: list[str], tmp_path: Path) -> None:
+    shape = [len(values) for values in axes.values()]
+    values = np.linspace(0.0, 1.0, math.prod(shape) * 2).reshape(*shape, 2)
+    dims = [*axes, "variable"]
+    kinds = ("first", "first_confidence", "total", "total_confidence")
+    indices = xarray.Dataset(dict.fromkeys(kinds, (dims, values)), {**axes, "variable": ["p.a", "p.b"]})
+    draw_indices(tmp_path / "i.svg", {"q": indices})
+    drawn = (tmp_path / "i.svg").read_text(encoding="utf-8")
+    assert [each for each in re.findall(r"<!-- (.*) -->", drawn) if each.endswith("q")] == titles
+
+
 def test_outputs_that_a_sweep_does_not_tell_are_named(store: Path, tmp_path: Path) -> None:
     code, said = cosim("sensitivity", str(store), "--output", str(tmp_path / "i.png"))
     assert code == 0
     assert "no indices of share: the sweep has not measured how a bit moves; known: " in said
+    sentence = "error: --confidence 100: expected per cent, between 0 and 100"
+    assert cosim("sensitivity", str(store), "--confidence", "100") == (2, sentence)
+
+
+def test_an_output_that_no_sample_has_is_not_said_to_be_constant() -> None:
+    def told(values: list[float]) -> str:
+        each = estimate(np.array(values), 1, 0.95, 10, 0)
+        kinds = ("first", "first_confidence", "total", "total_confidence")
+        found = {name: ("variable", getattr(each, name)) for name in kinds} | {"left_out": each.left_out}
+        screen = Console(file=io.StringIO(), width=100)
+        print_indices(screen, xarray.Dataset(found, {"variable": ["p.a"]}, {"long_name": "q", "samples": 2}), "si")
+        return screen.file.getvalue().splitlines()[-1]
+
+    assert told([1.0] * 6) == "it does not vary"
+    assert told([math.nan] * 6) == "there are too few samples that have it"
+    assert told([1.0, 2.0, 3.0, math.nan, 2.0, 1.0]) == "there are too few samples that have it"
 
 
 @pytest.mark.parametrize(

@@ -161,6 +161,13 @@ def test_maps_over_other_values_are_not_compared(branches: dict[str, Any]) -> No
         whole.less(part)
 
 
+def test_a_map_is_the_same_in_whatever_order_its_values_were_given(branches: dict[str, Any]) -> None:
+    whole = read_map(branches["rest"])
+    mixed = read_map(branches["rest"].isel({"plant.Omega": slice(None, None, -1), "plant.WOB": [1, 0]}))
+    for name in ("x", "y", "values", "failed", "unstable"):
+        assert np.array_equal(getattr(mixed, name), getattr(whole, name)), name
+
+
 def test_what_is_no_map_is_refused(branches: dict[str, Any]) -> None:
     with pytest.raises(InputError, match=r"^the sweep has kept no 'sii' over .*; did you mean 'ssi'\?$"):
         read_map(branches["up"], "sii")

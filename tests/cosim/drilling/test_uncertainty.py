@@ -116,6 +116,7 @@ def test_bands_and_points_are_drawn(folder: Path, tmp_path: Path) -> None:
             "'plant.bit_torque' was not kept over time; did you mean 'plant.bit_speed'?",
         ),
         (["sure.zarr", "elsewhere"], "elsewhere is no store of a sweep, as sure.zarr is; expected one kind of folders"),
+        (["maybe.zarr", "--quantile", "150"], "--quantile 150: expected per cent, from 0 to 100"),
         (["sure.zarr", "--variant", "a"], "--variant is for runs; a sweep is of one variant"),
         (["elsewhere", "--at", "plant.Omega=6"], "--at and --quantile are for sweeps; expected stores of such"),
     ],

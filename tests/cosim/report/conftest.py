@@ -72,6 +72,7 @@ SWEEPS = {
     "plane": ["--grid", "plant.Omega=9,13", "--grid", "plant.WOB=6e4,97347"],
     "line": ["--grid", "plant.Omega=5,15"],
     "cube": ["--grid", "plant.c_b=60,0.03", "--grid", "plant.Omega=5:15:3", "--grid", "plant.WOB=2e4,1e5"],
+    "refused": ["--grid", "plant.mu_sb=0.1,0.8", "--grid", "plant.Omega=5,15", "--grid", "plant.WOB=2e4,1e5"],
     "samples": ["--sample", "plant.mu_sb=0.6:1", "--count", "8"],
     "maybe": [
         "--grid",
@@ -106,6 +107,7 @@ SWEEPS = {
         "--keep",
         "plant.bit_speed",
     ],
+    "long": ["--grid", "plant.Omega=9,13", "--keep", "plant.bit_speed", "--keep-points", "1", "--keep-every", "0.0006"],
     "failing": ["--grid", "plant.I_B=311,1e-3", "--grid", "plant.WOB=2e4,1e5"],
     "packagings": ["--grid", "plant=DrillstringNeutral,DrillstringDistributed", "--grid", "plant.WOB=2e4,1e5"],
 }

@@ -322,7 +322,7 @@ def test_samples_that_were_kept_over_time_are_bands_of_quantiles(
     watched.done()
 
 
-@pytest.mark.parametrize("name", ["samples", "linemaybe", "packagings"])
+@pytest.mark.parametrize("name", ["samples", "linemaybe", "packagings", "long"])
 def test_sweeps_of_every_kind_are_drawn_without_a_complaint(
     name: str, browser: Browser, sweeps: Callable[..., Path], tmp_path: Path
 ) -> None:

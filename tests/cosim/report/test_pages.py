@@ -19,13 +19,14 @@ from lxml import html
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from cosim import open_series, open_sweep, open_variants
+from cosim import open_series, open_sweep, open_variants, sweep
 from cosim.cli.app import app
 from cosim.cli.reports import write_report
 from cosim.drilling.severity_map import Map
 from cosim.errors import InputError, MissingPackageError, OutputError
 from cosim.report.diagram import in_order, lay_out, ways
 from cosim.report.lines import kept_rows, line, packed_fully, shares
+from cosim.sweeps.told import gather
 from cosim.system.signals import FloatArray
 from models.plant.parameters import DrillstringParameters
 from models.theory.stability.chart import stability_boundary
@@ -201,6 +202,21 @@ def test_lines_of_theory_are_those_of_the_string_at_each_place_of_other_axes(
         assert unpacked(each["x"]) == pytest.approx(speeds, abs=2e-3, nan_ok=True)
 
 
+def test_cells_are_called_bistable_of_one_system_alone(sweeps: Callable[..., Path], tmp_path: Path) -> None:
+    branches = [sweeps("plane"), sweeps("plane", "--branch", "down")]
+    assert "the sweeps disagree: bistable" in read(write_report(branches, tmp_path / "a.html", folds=0)).text_content()
+    others = [sweeps("plane"), sweeps("plane", "--set", "plant.c_b=60")]
+    text = read(write_report(others, tmp_path / "b.html", folds=0)).text_content()
+    assert "the sweeps disagree" in text
+    assert "bistable" not in text
+
+
+def test_there_are_no_lines_of_theory_where_a_string_cannot_be(sweeps: Callable[..., Path], tmp_path: Path) -> None:
+    (group,) = drawn(write_report([sweeps("refused")], tmp_path / "refused.html", folds=0))["groups"]
+    assert group["failed"] == [[0, 1, 2, 3]]  # mu_sb is less than mu_cb there
+    assert [each["at"] for each in group["lines"][0]] == [{"0": 1}]
+
+
 def test_the_fold_of_a_string_is_looked_for_once_for_all_sweeps_of_it(
     sweep_of_six: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -280,6 +296,16 @@ def test_the_command_of_a_sweep_draws_its_samples_and_keeps_its_series_again(tmp
     assert first.attrs["sha256"] == second.attrs["sha256"]
     assert first.equals(second)
     assert open_series(tmp_path / "first.zarr").equals(open_series(tmp_path / "second.zarr"))
+
+
+def test_the_command_of_a_sweep_over_true_and_false_keeps_as_many_points_again(tmp_path: Path) -> None:
+    grid = {"law.enabled": "false,true", "plant.WOB": "2e4:1e5:4"}
+    given: dict[str, Any] = {"workers": 1, "stop_time": 20.0, "keep": ["plant.bit_speed"], "keep_points": 4}
+    sweep("soft-torque", tmp_path / "s.zarr", grid=grid, **given)
+    kept = open_series(tmp_path / "s.zarr")
+    assert (kept.sizes["law.enabled"], kept.sizes["plant.WOB"]) == (2, 2)
+    (told,) = gather([tmp_path / "s.zarr"], "si")["sweeps"]
+    assert "--keep-points 4 " in told["command"]
 
 
 def test_series_are_left_out_where_there_is_no_room_for_them(

@@ -193,6 +193,11 @@ def test_rows_are_a_tenth_of_a_second_apart_or_as_the_steps_have_it() -> None:
         assert (rows.every, rows.last) == (pytest.approx(every), last)
 
 
+def test_rows_of_short_points_do_not_end_after_them() -> None:
+    assert 3 * 0.003 > 0.009
+    assert rows_of(Wanted(("a.y",)), 0.009, 0.003, continued=False) == Rows(("a.y",), 0.009, 0, 1)
+
+
 @pytest.mark.parametrize(
     ("wanted", "step_size", "sentence"),
     [
@@ -244,6 +249,15 @@ def test_what_cannot_be_kept_is_refused(tmp_path: Path, changes: dict[str, Any],
     assert not (tmp_path / "s.zarr").exists()
 
 
+def test_points_are_found_on_axes_in_any_order_and_samples_that_there_are_not_are_refused(tmp_path: Path) -> None:
+    grid = {"plant.Omega": [12.0, 6.0, 9.0]}
+    run(tmp_path / "s.zarr", grid=grid, samples={"plant.c_b": (0.01, 0.1)}, count=2, keep=KEEP)
+    for asked, speed in ((6.5, 6.0), (9.5, 9.0), (99.0, 12.0)):
+        assert float(open_series(tmp_path / "s.zarr", {"plant.Omega": asked})["plant.Omega"]) == speed
+    with pytest.raises(InputError, match=r"^the series have no 2 of sample$"):
+        open_series(tmp_path / "s.zarr", {"sample": 2})
+
+
 def test_a_store_with_other_series_is_refused(tmp_path: Path, whole: Path) -> None:
     for name, changes in (("rest", {}), ("plain", {"keep": KEEP}), ("rest", {"keep": KEEP, "keep_points": 12})):
         given: dict[str, Any] = changes
@@ -257,7 +271,8 @@ def test_the_series_of_the_nearest_point_that_is_kept_are_found(whole: Path) -> 
     assert near["plant.bit_speed"].dims == ("time",)
     with pytest.raises(InputError, match=r"^the series are not over 'plant\.Omga'; did you mean 'plant\.Omega'\?$"):
         open_series(whole / "rest", {"plant.Omga": 1.0})
-    with pytest.raises(InputError, match=r"^the series have no 'fast' of plant\.Omega$"):
-        open_series(whole / "rest", {"plant.Omega": "fast"})
+    for wrong in ("fast", float("nan")):
+        with pytest.raises(InputError, match=rf"^the series have no {wrong!r} of plant\.Omega$"):
+            open_series(whole / "rest", {"plant.Omega": wrong})
     with pytest.raises(InputError, match=r"the sweep has kept nothing over time; expected one with --keep component"):
         open_series(whole / "plain")

@@ -15,7 +15,7 @@ import pytest
 from cosim import Component, InputError, Ramp, Step, System, Table, load_scenario, simulate
 from cosim.errors import ScenarioError
 from cosim.system.description import Description, Unit, Variable
-from cosim.system.field_units import in_declared_units, quantity, shown_in
+from cosim.system.field_units import in_declared_units, in_unit, quantity, shown_in
 
 SPEED = Unit("rad/s", (0, 0, -1, 0, 0, 0, 0, 1))
 FORCE = Unit("N", (1, 1, -2, 0, 0, 0, 0, 0))
@@ -82,6 +82,26 @@ def test_a_unit_that_does_not_fit_is_refused(name: str, text: str, sentence: str
     with pytest.raises(InputError) as refused:
         read(name, text)
     assert str(refused.value) == sentence
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "sentence"),
+    [
+        ("5 rpm", "", "x is '5 rpm', but has no unit; expected a number alone"),
+        ("five", "", "x is 'five'; expected a number"),
+        ("five", "N", "x is 'five'; expected a number, with a unit or in N"),
+        ("5 rpm", "turns/day", "x is '5 rpm', and it is not known what turns/day is; expected a value in it, alone"),
+    ],
+)
+def test_a_number_that_cannot_be_brought_into_a_unit_is_a_sentence(text: str, unit: str, sentence: str) -> None:
+    with pytest.raises(InputError) as refused:
+        in_unit(text, unit, "x")
+    assert str(refused.value) == sentence
+
+
+def test_a_number_in_a_unit_that_nobody_knows_is_taken_as_it_is() -> None:
+    assert [in_unit(text, "turns/day", "x") for text in ("5", "5 turns/day")] == [5.0, 5.0]
+    assert in_unit("2 min", "s", "x") == 120.0
 
 
 def test_signals_are_read_level_by_level() -> None:

@@ -163,13 +163,18 @@ def test_clock_times_are_counted_from_the_first(written) -> None:
         read_table(written("time,WOB\n2024-03-01T00:00:00,1\n2024-03-01T00:00:01Z,2\n"))
 
 
-@pytest.mark.parametrize("gap", ["", "NaN", "null", "-999.25"])
+@pytest.mark.parametrize("gap", ["", "NaN", "null", "-999.25", "-999.2500"])
 def test_gaps_are_refused_held_or_bridged(written, gap: str) -> None:
     path = written(f"time,WOB\n0,1\n1,{gap}\n2,5\n")
     with pytest.raises(ScenarioError, match=r"data\.csv, line 3: '.*' is not a number; gaps = "):
         read_table(path)
     assert read_table(path, gaps="hold") == Table((0.0, 1.0, 2.0), (1.0, 1.0, 5.0))
     assert read_table(path, gaps="interpolate") == Table((0.0, 2.0), (1.0, 5.0))
+
+
+def test_a_gap_of_las_is_one_with_a_comma_too(written) -> None:
+    path = written("time;WOB\n0;1\n1;-999,2500\n2;5\n")
+    assert read_table(path, decimal=",", gaps="hold") == Table((0.0, 1.0, 2.0), (1.0, 1.0, 5.0))
 
 
 def test_separator_and_decimal_are_those_of_the_file(written) -> None:

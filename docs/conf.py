@@ -63,7 +63,7 @@ html_theme_options = {
     "header_links_before_dropdown": 8,
     "footer_start": ["copyright"],
     "footer_end": [],
-    "secondary_sidebar_items": ["page-toc"],
+    "secondary_sidebar_items": {"**": ["page-toc"], "index": []},
     "show_prev_next": True,
 }
-html_sidebars: dict[str, list[str]] = {"index": [], "gallery": []}
+html_sidebars: dict[str, list[str]] = {"index": [], "gallery": [], "glossary": []}

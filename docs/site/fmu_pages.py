@@ -27,7 +27,11 @@ def _index() -> str:
     lines = [
         "# FMUs",
         "",
-        "Each FMU carries this manual, as `documentation/index.html`. All is made from its interface table.",
+        "The manual of each FMU, which its file holds too, as `documentation/index.html`: equations; variables with",
+        "unit, start value and range; limits of validity. Outputs fit the inputs of the same name.",
+        "",
+        "```{table}",
+        ":class: fmus",
         "",
         "| FMU | what it is | inputs | outputs |",
         "|---|---|---|---|",
@@ -38,7 +42,7 @@ def _index() -> str:
         )
         lines.append(f"| [`{name}`](fmus/{name}.md) | {model.description} | {inputs or NONE} | {outputs} |")
     listed = "\n".join(f"fmus/{name}" for name in MODELS)
-    return "\n".join([*lines, "", f"```{{toctree}}\n:hidden:\n\n{listed}\n```", ""])
+    return "\n".join([*lines, "```", "", f"```{{toctree}}\n:hidden:\n\n{listed}\n```", ""])
 
 
 def _manual(model: Model) -> str:

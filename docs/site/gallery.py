@@ -17,15 +17,21 @@ def gallery(folder: Path) -> str:
     lines = [
         "# Gallery",
         "",
-        "Each picture is what `cosim run NAME` draws; all were drawn when this site was made.",
+        "The scenarios that come with `cosim`, those after the paper's figures first. Each picture is what the command",
+        "above it draws, and was drawn when this site was made. [The scenarios](scenarios.md) has the numbers.",
         "",
     ]
-    for name in scenario_names():
-        scenario = load_scenario(name)
+    scenarios = {name: load_scenario(name) for name in scenario_names()}
+    for name, scenario in sorted(scenarios.items(), key=_figure):
         _draw(scenario, folder / "gallery" / f"{name}.png")
-        lines += [f"## {scenario.title}", "", f"```sh\ncosim run {name}\n```", ""]
+        lines += [f"## {scenario.title}", "", scenario.description.strip(), "", f"```sh\ncosim run {name}\n```", ""]
         lines += [f"![{scenario.title}](gallery/{name}.png)", ""]
     return "\n".join(lines)
+
+
+def _figure(named: tuple[str, Scenario]) -> str:
+    """Return what sorts scenarios by the figure of the paper in their title, those without one last."""
+    return named[1].title.partition("(Fig. ")[2] or "none"
 
 
 def _draw(scenario: Scenario, path: Path) -> None:

@@ -14,7 +14,7 @@ from tests.docs.session import Session
 
 PAGES = [read_page(path) for path in all_pages()]
 
-QUICK = {f"docs/{name}.md" for name in ("energy", "import", "tools", "untrusted")}
+QUICK = {f"docs/{name}.md" for name in ("energy", "tools", "untrusted")}
 """Pages that take a moment though they run something; all others that do are slow."""
 
 

@@ -55,14 +55,10 @@ def _sweeps(costs: dict[str, dict[str, float]]) -> dict[str, str]:
 def _ratios(least: dict[str, float]) -> dict[str, str]:
     """Return each comparison with its figure, as far as both sides have been timed."""
     lines: dict[str, str] = {}
-    kernel, fmu = (least.get(f"bench_native_plant[{form}]") for form in ("bare kernel", "FMU"))
-    if kernel and fmu:
-        lines["Fig. 2, 100 s in steps of 0.01 s, native FMU"] = f"{fmu:.4f} s, {fmu / kernel:.2f} times the bare kernel"
-    kernel, fmu = (least.get(f"bench_short_step[{form}]") for form in ("bare kernel", "fmi2DoStep"))
-    if kernel and fmu:
-        lines["fmi2DoStep of 1 ms, held inputs"] = (
-            f"{fmu / 20e3 * 1e6:.2f} us, {fmu / kernel:.2f} times the bare kernel"
-        )
+    if fmu := least.get("bench_native_plant[FMU]"):
+        lines["Fig. 2, 100 s in steps of 0.01 s, native FMU"] = f"{fmu * 1e3:.2f} ms"
+    if fmu := least.get("bench_short_step[fmi2DoStep]"):
+        lines["fmi2DoStep of 1 ms, held inputs"] = f"{fmu / 20e3 * 1e6:.2f} us"
     for form in ("cells 320", "default cells"):
         if time := least.get(f"bench_pointwise[{form}]"):
             lines[f"Fig. 2, 100 s in one step, right to 1e-6 rad/s, {form}"] = f"{time * 1e3:.2f} ms"

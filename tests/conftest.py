@@ -6,14 +6,18 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Generator
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
 
 from tests.once import built_once, shared_folder
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 # A run tries the same examples as the run before it, whoever makes it; `make hunt` looks for new ones.
 settings.register_profile("same", derandomize=True, deadline=None, database=None)
@@ -26,6 +30,11 @@ MADE = ("build", "dist", "runs")
 # zig gives up where it cannot write its cache, which is in the home by default: the tests use the caches of the build.
 for _cache in ("local", "global"):
     os.environ.setdefault(f"ZIG_{_cache.upper()}_CACHE_DIR", str(ROOT / "build" / "zig" / _cache))
+FLAGS = [
+    "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+"""Of Chromium: it asks nobody for anything."""
 COSTLY = ("cross_build", "hardening", "slow")
 
 
@@ -55,6 +64,21 @@ def wheel(run_folder: Path) -> Path:
             )
 
     return next(built_once(run_folder / "wheel", build).glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Generator[Browser]:
+    """Start Chromium; where there is none, the test is skipped, but not in CI."""
+    from playwright.sync_api import sync_playwright
+
+    found = shutil.which("chromium") or shutil.which("chromium-browser")
+    if found is None:
+        assert "CI" not in os.environ, "chromium is missing: .ci/run installs it"
+        pytest.skip("chromium is missing")
+    with sync_playwright() as play:
+        started = play.chromium.launch(executable_path=found, args=FLAGS)
+        yield started
+        started.close()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

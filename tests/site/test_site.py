@@ -8,7 +8,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Generator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 ROOT = Path(__file__).parents[2]
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 LOOKED_AT = ("index", "model", "gallery", "tutorials/first-map", "reference/fmus/SoftTorque", "reference/python/cosim")
 
 pytestmark = [
@@ -159,19 +157,6 @@ def test_equations_of_the_manuals_lead_to_their_numbers(site: Path) -> None:
         if "#equation-" in link
     }  # fmt: skip
     assert {"model.html", "SoftTorque.html"} <= {link.partition("#")[0].rpartition("/")[2] for link in links}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Generator[Browser]:
-    from playwright.sync_api import sync_playwright
-
-    if CHROMIUM is None:
-        assert "CI" not in os.environ, "continuous integration installs chromium"
-        pytest.skip("chromium is missing")
-    with sync_playwright() as play:
-        started = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
-        yield started
-        started.close()
 
 
 @pytest.mark.parametrize("width", [1400, 390])

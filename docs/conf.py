@@ -35,6 +35,7 @@ nb_execution_timeout = 300
 nb_merge_streams = True
 
 autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True  # as they are written, and not with paths of where the site is made
 autodoc_typehints = "none"  # numpydoc's sections tell the types
 autosummary_generate = True
 numpydoc_show_class_members = False

@@ -12,6 +12,8 @@ NOT_PAGES = ("README.md",)  # the index for those who read the sources
 FOR_THE_PROJECT = {"CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog", "SECURITY.md": "security"}
 _NAMED = re.compile(r"\[(?:docs/)?[a-z-]+\.md\](?=\((?!http))")
 """A link that shows the name of a page: in the site it shows its title."""
+_COMMENT = re.compile(r"(?m)^<!-- .* -->\n")
+"""What is for the tests that run the pages."""
 _LINK = re.compile(r"\]\(([^)\s#:]+\.(?:md|txt|cff|yml)|LICENSE)(#[^)\s]*)?\)")
 
 
@@ -47,4 +49,5 @@ def _led(path: Path, place: Path) -> str:
         up = [".."] * len(place.parent.parts)
         return f"]({Path(*up, site).as_posix()}{found[2] or ''})"
 
-    return _NAMED.sub("[]", _LINK.sub(there, path.read_text(encoding="utf-8")))
+    text = _COMMENT.sub("", path.read_text(encoding="utf-8"))
+    return _NAMED.sub("[]", _LINK.sub(there, text))

@@ -125,6 +125,10 @@ def test_nothing_is_fetched_from_elsewhere(site: Path) -> None:
     assert not asked, "\n".join(asked)
 
 
+def test_no_page_tells_where_it_was_made(site: Path) -> None:
+    assert [page.name for page in pages(site) if str(ROOT) in page.read_text(encoding="utf-8")] == []
+
+
 def test_every_fmu_variable_command_and_function_has_its_place(site: Path) -> None:
     for name, model in MODELS.items():
         page = tree(site / "reference" / "fmus" / f"{name}.html")

@@ -19,7 +19,8 @@ def staged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "CHANGELOG.md": "[x](https://example.org/docs/model.md)",
         "SECURITY.md": "nothing",
         "docs/README.md": "the index of the sources",
-        "docs/model.md": "[how to work on it](../CONTRIBUTING.md#set-up), [theory.md](theory.md), [here](#waves)",
+        "docs/model.md": "<!-- not run: why -->\n"
+        "[how to work on it](../CONTRIBUTING.md#set-up), [theory.md](theory.md), [here](#waves)",
         "docs/howto/fmpy.md": "[model.md](../model.md), [to work](../../CONTRIBUTING.md)",
     }
     for name, text in pages.items():
@@ -48,6 +49,10 @@ def test_links_from_what_is_beside_docs_lead_into_it(staged: Path) -> None:
 def test_a_link_that_shows_the_name_of_a_page_shows_its_title(staged: Path) -> None:
     assert links(staged / "model.md")[1:] == ["[](theory.md)", "[here](#waves)"]
     assert links(staged / "howto" / "fmpy.md")[0] == "[](../model.md)"
+
+
+def test_comments_for_the_tests_stay_out_of_the_site(staged: Path) -> None:
+    assert "not run" not in (staged / "model.md").read_text(encoding="utf-8")
 
 
 def test_links_elsewhere_and_the_index_of_the_sources_are_left(staged: Path) -> None:

@@ -15,6 +15,7 @@ import pytest
 from hypothesis import settings
 
 from tests.once import built_once, shared_folder
+from tests.programs import CHROMIUM, program
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -71,10 +72,7 @@ def browser() -> Generator[Browser]:
     """Start Chromium; where there is none, the test is skipped, but not in CI."""
     from playwright.sync_api import sync_playwright
 
-    found = shutil.which("chromium") or shutil.which("chromium-browser")
-    if found is None:
-        assert "CI" not in os.environ, "chromium is missing: .ci/run installs it"
-        pytest.skip("chromium is missing")
+    found = program(*CHROMIUM)
     with sync_playwright() as play:
         started = play.chromium.launch(executable_path=found, args=FLAGS)
         yield started

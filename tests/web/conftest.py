@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from pathlib import Path
 
 import pytest
 
 from fmu_src.console.page import build_page
 from tests.once import built_once
-
-
-def program(*names: str) -> str:
-    """Return the path of a program by any of its names; where it lacks, the test is skipped, but not in CI."""
-    found = next(filter(None, map(shutil.which, names)), None)
-    if found is None:
-        reason = f"{names[0]} is missing"
-        assert not os.environ.get("CI"), f"{reason}: .ci/run installs it"
-        pytest.skip(reason)
-    return found
+from tests.programs import CHROMIUM, program
 
 
 @pytest.fixture(scope="session")
@@ -30,7 +19,7 @@ def node() -> str:
 
 @pytest.fixture(scope="session")
 def chromium() -> str:
-    return program("chromium", "chromium-browser", "google-chrome")
+    return program(*CHROMIUM)
 
 
 @pytest.fixture(scope="session")

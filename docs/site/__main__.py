@@ -19,11 +19,12 @@ from fmu_src.page.typesetting import formula_css
 from .commands import commands_page
 from .fmu_pages import fmu_pages
 from .gallery import gallery
+from .kernel import FOLDER, steady_kernel
 from .python_pages import python_pages
 from .scripts import take_mathjax
 from .staging import DOCS, ROOT, stage
 
-_PARTS = ("source", "static", "extra", "html", "doctrees")
+_PARTS = ("source", "static", "extra", "html", "doctrees", FOLDER)
 _OF_NOTEBOOKS = {"jupyter_execute", ".jupyter_cache"}
 """What MyST-NB writes beside html/ at times."""
 
@@ -47,7 +48,7 @@ def make(folder: Path, console: Path | None = None) -> Path:
     if others:
         raise BuildError(f"{folder} holds {min(others)}, which is no part of a site; expected a folder of its own")
     shutil.rmtree(folder, ignore_errors=True)
-    sources, static, extra, pages, doctrees = (folder / part for part in _PARTS)
+    sources, static, extra, pages, doctrees, ipython = (folder / part for part in _PARTS)
     stage(sources)
     for place, text in {
         **fmu_pages(),
@@ -63,7 +64,8 @@ def make(folder: Path, console: Path | None = None) -> Path:
     (static / "formula.css").write_text(formula_css(), encoding="utf-8")
     (extra / "console").mkdir(parents=True)
     shutil.copyfile(console or _console(), extra / "console" / "index.html")
-    _run_sphinx(sources, pages, doctrees, {"html_static_path": [str(static)], "html_extra_path": [str(extra)]})
+    with steady_kernel(ipython):
+        _run_sphinx(sources, pages, doctrees, {"html_static_path": [str(static)], "html_extra_path": [str(extra)]})
     return pages
 
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager
 from ctypes import byref, c_char, c_double, c_int, c_size_t, c_void_p
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,8 @@ class FmuSlave:
         self._time = 0.0
         self._worst = 0
         self._started = False
-        self._block: Block
+        self._bound = cache(partial(bind, fmu.dll))
+        self._block: Block | None = None
         self._reads: tuple[SectionExchange, ...] = ()
         self._writes: tuple[SectionExchange, ...] = ()
         self._text_reads: StringExchange | None = None
@@ -89,7 +91,7 @@ class FmuSlave:
         self._asked: dict[Variable, Value] = {}
         self.not_kept: dict[str, Value] = {}
         self._instance = c_void_p(self._instantiate())
-        self._do_step = bind(fmu.dll, "DoStep")
+        self._do_step = self._bound("DoStep")
 
     @property
     def description(self) -> Description:
@@ -104,12 +106,17 @@ class FmuSlave:
         what its makers have tried; without one, solvers take what they please.
         """
         self._time = start_time
-        self._block = block  # whose memory the calls use
         tolerance = self._description.tolerance
         self._must("SetupExperiment", tolerance is not None, tolerance or 0.0, start_time, True, stop_time)
         for variable, value in start_values.items():
             set_one(self._must, base_type(variable), variable.reference, value)
         self._asked = {variable: value for variable, value in start_values.items() if variable.causality == "parameter"}
+        if block is not self._block:
+            self._bind(block)
+
+    def _bind(self, block: Block) -> None:
+        """Bind the getters and setters to the recording, whose memory they use."""
+        self._block = block
         library = self._fmu.dll
         self._reads = tuple(
             exchange(library, "Get", kind, section, len(section.variables))
@@ -129,6 +136,7 @@ class FmuSlave:
 
     def enter_initialization(self) -> None:
         """Enter initialization mode; a driven input that declares no start value begins with what it is in the FMU."""
+        assert self._block is not None
         self._must("EnterInitializationMode")
         for section in self._block.inputs.values():
             for index, variable in enumerate(section.variables[: section.driven]):
@@ -252,7 +260,7 @@ class FmuSlave:
             if self._worst != FATAL:
                 if self._states is not None:
                     self._states.free()
-                bind(self._fmu.dll, "FreeInstance")(self._instance)
+                self._bound("FreeInstance")(self._instance)
             self._journal.close()
 
     def _kept(self) -> KeptStates:
@@ -263,7 +271,7 @@ class FmuSlave:
 
     def _instantiate(self) -> int:
         """Instantiate, with logging of all categories: some FMUs else keep to themselves why a call fails."""
-        instance = bind(self._fmu.dll, "Instantiate")(
+        instance = self._bound("Instantiate")(
             self.name.encode(),
             CO_SIMULATION,
             self._description.guid.encode(),
@@ -292,7 +300,7 @@ class FmuSlave:
 
     def _call(self, function: str, *arguments: Any) -> int:
         """Call fmi2<function> and return its status."""
-        return bind(self._fmu.dll, function)(self._instance, *arguments)
+        return self._bound(function)(self._instance, *arguments)
 
     def _must(self, function: str, *arguments: Any) -> int:
         """Call fmi2<function>; SlaveError unless it returns fmi2OK or fmi2Warning."""

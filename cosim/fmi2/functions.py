@@ -64,7 +64,7 @@ def bind(library: Any, name: str) -> Callable[..., Any]:
     """Return fmi2<name>, a bare function of a library; indexing makes a new object, so fmpy's keeps its own types."""
     function = library[f"fmi2{name}"]
     function.argtypes, function.restype = _SIGNATURES[name]
-    return cast(Callable[..., Any], function)
+    return cast("Callable[..., Any]", function)
 
 
 def status_name(status: int) -> str:

@@ -181,10 +181,11 @@ def _exchange(nodes: Sequence[Node], maximum_rounds: int) -> Settling:
     for node in nodes:
         node.slave.write(0)
         node.slave.read(0)
+    fed = [node for node in nodes if node.channels]
     moving = ""
     for rounds in range(1, maximum_rounds + 1):
         moving, rounding_only = "", True
-        for node in nodes:
+        for node in fed:
             before, texts = _inputs(node), _texts(node)
             node.gather_initial()
             after = _inputs(node)

@@ -6,10 +6,11 @@ inputs in the rows, parameters before initialisation.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from cosim.errors import EndRequestError
 from cosim.master.communication_points import Points, within
 from cosim.master.compiled_loop import StepLoop, loop_library
 from cosim.master.fixed_step import exchanged_texts, readable_steps, window_block
@@ -70,6 +71,7 @@ class HeldRun:
         self._driven = frozenset(system.inputs)
         texts = next(exchanged_texts(system, descriptions), None)
         self._library = None if texts is not None else loop_library(slaves)[0]
+        self._steps: Callable[[Points], EndRequestError | None] | None = None
         self._columns = {name: self._column(Port.parse(name)) for name in columns}
         self._first = first
         self.window = times[first:]
@@ -116,8 +118,9 @@ class HeldRun:
                 slave.deserialise(state.arrays[name].tobytes(), begin + offset)
         times = self._times + offset
         points = Points(times, self._sizes(times, stop), times)
-        take = readable_steps(self._nodes) if self._library is None else StepLoop(self._library, self._nodes)
-        if (end := take(points)) is not None:
+        if self._steps is None:  # as the components are set up
+            self._steps = readable_steps(self._nodes) if self._library is None else StepLoop(self._library, self._nodes)
+        if (end := self._steps(points)) is not None:
             raise end
         return {name: cells[self._first :].astype(np.float64) for name, cells in self._columns.items()}
 

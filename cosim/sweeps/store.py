@@ -26,7 +26,7 @@ from cosim.sweeps import series
 from cosim.sweeps.design import SAMPLES, Design
 from cosim.sweeps.plan import Sweep
 from cosim.sweeps.reading import SERIES, quiet, reader
-from cosim.sweeps.work import Done, Stretch
+from cosim.sweeps.workers.work import Done, Stretch
 
 JOURNAL = ".journal"
 RECORD = "record"

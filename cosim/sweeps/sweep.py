@@ -22,10 +22,10 @@ from cosim.sweeps.reading import open_sweep
 from cosim.sweeps.series import POINTS, Wanted
 
 if TYPE_CHECKING:
-    from cosim.sweeps.crew import Crew
     from cosim.sweeps.plan import Opened, Sweep
     from cosim.sweeps.store import SweepStore
-    from cosim.sweeps.work import Done
+    from cosim.sweeps.workers.crew import Crew
+    from cosim.sweeps.workers.work import Done
 
 _FLUSH = 10.0
 """Seconds after which what is done is written for readers, though its regions are not complete."""
@@ -192,7 +192,7 @@ def _refuse_apart(options: RunOptions) -> None:
 @contextmanager
 def _crew(workers: int, scheduler: str | None, executor: tuple[Executor, int] | None, most: int) -> Generator[Crew]:
     """Get the workers that are asked for."""
-    from cosim.sweeps.crew import Crew, dask_cluster, process_pool
+    from cosim.sweeps.workers.crew import Crew, dask_cluster, process_pool
 
     if executor is not None:
         yield Crew(*executor)
@@ -206,7 +206,7 @@ def _crew(workers: int, scheduler: str | None, executor: tuple[Executor, int] | 
 
 def _run(made: Sweep, store: SweepStore, crew: Crew, path: Path, progress: Progress | None) -> None:
     """Run what is left, and keep it."""
-    from cosim.sweeps.dispatch import Dispatcher
+    from cosim.sweeps.workers.dispatch import Dispatcher
 
     total, before = made.design.points, store.done
     began = flushed = time.monotonic()

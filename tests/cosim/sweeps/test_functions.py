@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cosim import InputError, open_series, simulate, sweep
-from cosim.sweeps.work import run_batch
+from cosim.sweeps.workers.work import run_batch
 from tests.cosim.sweeps.laws import stubborn, weight
 from tests.cosim.sweeps.measuring import Last
 from tests.cosim.sweeps.test_store import content

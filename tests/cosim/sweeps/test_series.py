@@ -13,9 +13,9 @@ import pytest
 
 from cosim import InputError, RunError, open_series, open_sweep, simulate, sweep
 from cosim.errors import OutputError
-from cosim.sweeps import dispatch, work, workbench
 from cosim.sweeps.design import Axis, product, sampled
 from cosim.sweeps.series import Rows, Wanted, rows_of, spread
+from cosim.sweeps.workers import dispatch, work, workbench
 from tests.cosim.sweeps.measuring import OUTPUTS, Last
 from tests.cosim.sweeps.test_points import FromRest, stepped
 from tests.cosim.sweeps.test_store import content

@@ -17,8 +17,9 @@ import pytest
 
 from cosim import InputError, open_sweep, sweep
 from cosim.errors import OutputError, SweepInterruptedError
-from cosim.sweeps import dispatch, store
-from cosim.sweeps.crew import Here
+from cosim.sweeps import store
+from cosim.sweeps.workers import dispatch
+from cosim.sweeps.workers.crew import Here
 from tests.cosim.sweeps.measuring import OUTPUTS, Last
 
 GRID = {"plant.Omega": "4:16:21", "plant.WOB": "2e4:1e5:2"}

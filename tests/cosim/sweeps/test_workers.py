@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 
 from cosim import InputError, RunError, open_sweep, sweep
-from cosim.sweeps import crew, dispatch
+from cosim.sweeps.workers import crew, dispatch
 from tests.cosim.sweeps.measuring import Deadly, Hungry, Last
 from tests.cosim.sweeps.test_store import content
 

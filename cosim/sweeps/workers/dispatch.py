@@ -16,9 +16,9 @@ from dataclasses import replace
 
 from cosim.errors import RunError
 from cosim.files import why
-from cosim.sweeps.crew import Crew
 from cosim.sweeps.plan import Sweep
-from cosim.sweeps.work import BatchReply, Done, Stretch, run_batch
+from cosim.sweeps.workers.crew import Crew
+from cosim.sweeps.workers.work import BatchReply, Done, Stretch, run_batch
 
 TARGET = 0.5
 """How long a batch should take, s: long against what it costs to hand it out, and short against patience."""

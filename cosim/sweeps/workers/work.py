@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cosim.sweeps.plan import PointPlan
-from cosim.sweeps.workbench import Workbench, packed, unpacked
+from cosim.sweeps.workers.workbench import Workbench, packed, unpacked
 from cosim.system.signals import Value
 
 

@@ -18,7 +18,7 @@ from typing import Any
 
 from cosim.errors import InputError, require
 from cosim.provenance import versions
-from cosim.sweeps.work import BatchReply
+from cosim.sweeps.workers.work import BatchReply
 
 PATIENCE = 10.0
 """Seconds to wait for an answer of a scheduler."""
@@ -113,7 +113,7 @@ def process_pool(workers: int, most: int) -> Generator[Crew]:
 
 def _get_ready() -> None:
     """Import in a worker what it works with, before there is work."""
-    import_module("cosim.sweeps.work")
+    import_module("cosim.sweeps.workers.work")
 
 
 def _leave_signals() -> None:

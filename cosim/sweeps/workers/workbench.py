@@ -32,11 +32,11 @@ from cosim.master.slave import Slave
 from cosim.recording.record import TEXT
 from cosim.run.assembly import modules_apart
 from cosim.run.function import FunctionSlave, functions_of
-from cosim.sweeps.held_run import HeldRun
 from cosim.sweeps.measures import last_window
 from cosim.sweeps.plan import PointPlan
 from cosim.sweeps.reading import SERIES
 from cosim.sweeps.series import Rows
+from cosim.sweeps.workers.held_run import HeldRun
 from cosim.system.compatibility import check_system
 from cosim.system.description import Description
 from cosim.system.signals import FloatArray, Value

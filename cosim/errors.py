@@ -13,6 +13,7 @@ import importlib
 import unicodedata
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -310,6 +311,17 @@ def require(module: str, *, extra: str, purpose: str) -> Any:
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
-        package = (error.name or module).partition(".")[0].replace("_", "-")
-        how = f'pip install "drillstring-cosim[{extra}]" brings it'
-        raise MissingPackageError(f"{purpose} needs the package {package}; {how}") from error
+        raise _missing(error.name or module, extra, purpose) from error
+
+
+def require_installed(*modules: str, extra: str, purpose: str) -> None:
+    """Refuse at once, as `require` would, what needs packages later that are not installed; none is imported."""
+    for module in modules:
+        if find_spec(module) is None:
+            raise _missing(module, extra, purpose)
+
+
+def _missing(module: str, extra: str, purpose: str) -> MissingPackageError:
+    package = module.partition(".")[0].replace("_", "-")
+    how = f'pip install "drillstring-cosim[{extra}]" brings it'
+    return MissingPackageError(f"{purpose} needs the package {package}; {how}")

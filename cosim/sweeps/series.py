@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import InputError, SystemDefinitionError, format_time, suggestion
+from cosim.sweeps.arrays import Array, coordinate, described
 from cosim.sweeps.design import SAMPLES, Axis, Design
 from cosim.sweeps.reading import SERIES, TIME, quiet, reader
 from cosim.system.description import Description
@@ -329,25 +330,19 @@ class SeriesStore:
         return buffer
 
 
-def create(path: Path, kept: Kept, design: Design, rows: int, coordinates: Mapping[str, Any]) -> None:
-    """Begin the series of a store, of which there is none yet; `rows` is as of `SeriesStore`."""
+def arrays(kept: Kept, design: Design, rows: int) -> dict[str, Array]:
+    """Return the series of a store in which there is none yet; `rows` is as of `SeriesStore`."""
     names = [axis.name for axis in design.axes]
-    nothing = np.broadcast_to(np.float64(np.nan), (*kept.shape, kept.rows.count))
-    variables = {name: ([*names, TIME], nothing, _attributes(*kept.told[name])) for name in kept.rows.signals}
-    message = (names, np.broadcast_to(np.array("", dtype=object), kept.shape), {"long_name": _MESSAGE})
-    times = ([TIME], kept.times, _attributes("s", "time, of a point"))
-    whole = reader().Dataset({**variables, MESSAGE: message}, {**coordinates, TIME: times})
     chunks = _chunks(kept, design, rows)
-    usual: dict[str, Any] = {"write_empty_chunks": False}
-    encoding = {name: {**usual, "chunks": chunks, "_FillValue": np.nan} for name in kept.rows.signals}
-    encoding[MESSAGE] = {**usual, "chunks": chunks[:-1]}
-    with quiet():
-        whole.to_zarr(path, group=SERIES, mode="w", zarr_format=2, consolidated=True, encoding=encoding)
-
-
-def _attributes(unit: str, text: str) -> dict[str, str]:
-    """Return unit and meaning, where there are such."""
-    return {key: value for key, value in (("units", unit), ("long_name", text)) if value}
+    shape = (*kept.shape, kept.rows.count)
+    return {
+        **{
+            name: Array([*names, TIME], shape, np.float64, chunks, np.nan, None, described(*kept.told[name]))
+            for name in kept.rows.signals
+        },
+        MESSAGE: Array(names, kept.shape, str, chunks[:-1], attributes=described("", _MESSAGE)),
+        TIME: coordinate(TIME, kept.times, "s", "time, of a point"),
+    }
 
 
 def _chunks(kept: Kept, design: Design, rows: int) -> tuple[int, ...]:

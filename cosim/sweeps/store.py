@@ -20,9 +20,10 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.errors import OutputError
+from cosim.errors import OutputError, require_installed
 from cosim.files import draft_of, locked, open_file, why, write_all
 from cosim.sweeps import series
+from cosim.sweeps.arrays import Array, begin_group, consolidate, coordinate, described
 from cosim.sweeps.design import SAMPLES, Design
 from cosim.sweeps.plan import Sweep
 from cosim.sweeps.reading import SERIES, quiet, reader
@@ -279,7 +280,7 @@ def opened_store(path: Path, sweep: Sweep) -> Generator[SweepStore]:
     OutputError
         If it is there and is of another sweep or version, is no store, or cannot be written.
     """
-    reader()
+    require_installed("xarray", "zarr", extra="stream", purpose="storing a sweep")
     if not path.exists():
         _create(path, sweep)
     elif not path.is_dir():
@@ -316,11 +317,11 @@ def _create(path: Path, sweep: Sweep) -> None:
             shutil.rmtree(draft)
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with quiet():
-                _template(sweep).to_zarr(draft, mode="w", zarr_format=2, consolidated=True, encoding=_encoding(sweep))
-                if sweep.kept is not None:
-                    rows = region_rows(sweep.design)
-                    series.create(draft, sweep.kept, sweep.design, rows, _coordinates(sweep, sweep.kept.indices))
+            begin_group(draft, "", _arrays(sweep), _attributes(sweep))
+            if sweep.kept is not None:
+                found = series.arrays(sweep.kept, sweep.design, region_rows(sweep.design))
+                begin_group(draft, SERIES, found | _coordinates(sweep, sweep.kept.indices))
+            consolidate(draft)
             (draft / JOURNAL).touch()
             os.rename(draft, path)
         except BaseException:
@@ -330,55 +331,34 @@ def _create(path: Path, sweep: Sweep) -> None:
         raise OutputError(f"{path} cannot be written: {why(error)}") from error
 
 
-def _template(sweep: Sweep) -> Any:
-    """Return the store as it is at first, which takes no memory: every number is the same one."""
+def _arrays(sweep: Sweep) -> dict[str, Array]:
+    """Return what the store holds at first: what varies, and of each point that it is not done."""
     names = [axis.name for axis in sweep.design.axes]
     shape = sweep.design.shape
+    chunks = list(shape)
+    if sweep.design.across:
+        chunks[sweep.design.across[0]] = region_rows(sweep.design)
 
-    def variable(value: Any, **attributes: str) -> tuple[list[str], Any, dict[str, str]]:
-        return names, np.broadcast_to(value, shape), {key: text for key, text in attributes.items() if text}
+    def array(dtype: type, fill: float | None, unit: str, text: str) -> Array:
+        return Array(names, shape, dtype, tuple(chunks), fill, None, described(unit, text))
 
-    variables = {
-        each.name: variable(np.float64(np.nan), units=each.unit, long_name=each.text) for each in sweep.quantities
+    return {
+        **{each.name: array(np.float64, np.nan, each.unit, each.text) for each in sweep.quantities},
+        FAILED: array(np.int8, _NOT_YET, "", "1 where there is a message instead of numbers"),
+        MESSAGE: array(str, None, "", "why a point failed"),
+        **_coordinates(sweep, [range(size) for size in shape]),
     }
-    variables[FAILED] = variable(np.int8(_NOT_YET), long_name="1 where there is a message instead of numbers")
-    variables[MESSAGE] = variable(np.array("", dtype=object), long_name="why a point failed")
-    whole = [range(size) for size in shape]
-    return reader().Dataset(variables, _coordinates(sweep, whole), _attributes(sweep))
 
 
-def _coordinates(sweep: Sweep, indices: Sequence[Sequence[int]]) -> dict[str, Any]:
+def _coordinates(sweep: Sweep, indices: Sequence[Sequence[int]]) -> dict[str, Array]:
     """Return what varies, at some values of each axis."""
     return {
-        name: ([axis.name], _array(values)[chosen], _described(sweep, name))
+        name: coordinate(
+            axis.name, [values[index] for index in kept], sweep.units.get(name, ""), sweep.texts.get(name, "")
+        )
         for axis, kept in zip(sweep.design.axes, indices, strict=True)
-        for chosen in [np.asarray(kept, dtype=np.int64)]
         for name, values in axis.values.items()
     }
-
-
-def _array(values: Sequence[Any]) -> NDArray[Any]:
-    """Return values as an array of their type; texts as objects, each of its own length."""
-    return np.array(values, dtype=object if isinstance(values[0], str) else None)
-
-
-def _described(sweep: Sweep, name: str) -> dict[str, str]:
-    """Return unit and description of what varies."""
-    told = {"units": sweep.units.get(name, ""), "long_name": sweep.texts.get(name, "")}
-    return {key: text for key, text in told.items() if text}
-
-
-def _encoding(sweep: Sweep) -> dict[str, dict[str, Any]]:
-    """Say how arrays are cut and what stands for what is not done; its chunks are not written."""
-    design = sweep.design
-    chunks = list(design.shape)
-    if design.across:
-        chunks[design.across[0]] = region_rows(design)
-    usual: dict[str, Any] = {"chunks": tuple(chunks), "write_empty_chunks": False}
-    encoding = {each.name: {**usual, "_FillValue": np.nan} for each in sweep.quantities}
-    encoding[FAILED] = {**usual, "_FillValue": np.int8(_NOT_YET)}
-    encoding[MESSAGE] = usual
-    return encoding
 
 
 def _attributes(sweep: Sweep) -> dict[str, Any]:

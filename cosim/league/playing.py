@@ -17,6 +17,7 @@ from cosim.errors import RunError
 from cosim.league.entries import Condition, Law, League, Search
 from cosim.league.rig import Rig
 from cosim.league.score import Score, judge
+from cosim.processes import processors, without_main
 from cosim.run.options import RunOptions
 from cosim.run.simulation import run
 
@@ -139,11 +140,6 @@ Played = Callable[[Sequence[Game]], Iterator[tuple[Game, Score | Limit]]]
 """Plays games as processes are free, and gives what has come of each."""
 
 
-def processors() -> int:
-    """Return how many processors there are."""
-    return os.cpu_count() or 1
-
-
 @contextmanager
 def players(workers: int) -> Generator[Played]:
     """Hold processes that play games, as many as there are workers; with one, this process plays by itself.
@@ -156,7 +152,8 @@ def players(workers: int) -> Generator[Played]:
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_to_play)
 
     def played(games: Sequence[Game]) -> Iterator[tuple[Game, Score | Limit]]:
-        waiting = {pool.submit(_play, game): game for game in games}
+        with without_main():  # games are plain data
+            waiting = {pool.submit(_play, game): game for game in games}
         try:
             for done in as_completed(waiting):
                 yield waiting[done], done.result()

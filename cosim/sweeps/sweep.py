@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import time
 from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import Executor
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from cosim.errors import InputError, SweepInterruptedError
+from cosim.processes import is_of_main
 from cosim.progress import Progress, shown
 from cosim.run.options import OptionKeywords, RunOptions, chosen
 from cosim.scenario.file import opened_scenario
@@ -120,7 +122,9 @@ def sweep(
     """
     # with fmpy, which importing this module for its names does without
     from cosim.sweeps.store import opened_store
+    from cosim.sweeps.workers.crew import refuse_in_import
 
+    refuse_in_import()
     choice = chosen(options, keywords)
     _refuse_apart(choice)
     with opened_scenario(scenario, choice.stop_time, choice.step_size) as given:
@@ -129,12 +133,13 @@ def sweep(
         made = _made(given, choice, points, (branch, along), measures, beginning, wanted)
     path = Path(output)
     with ExitStack() as stack:
-        begin = partial(_crew, workers, scheduler, executor, made.design.lines)
+        plan = pickle.dumps(made.plan)
+        begin = partial(_crew, workers, scheduler, executor, made.design.lines, plan)
         crew = None if path.exists() else stack.enter_context(begin())  # who starts while a store is begun
         store = stack.enter_context(opened_store(path, made))
         if store.done < made.design.points:
             told = stack.enter_context(shown(progress, "sweeping"))
-            _run(made, store, crew or stack.enter_context(begin()), path, told)
+            _run(made, plan, store, crew or stack.enter_context(begin()), path, told)
     return open_sweep(path)
 
 
@@ -190,7 +195,9 @@ def _refuse_apart(options: RunOptions) -> None:
 
 
 @contextmanager
-def _crew(workers: int, scheduler: str | None, executor: tuple[Executor, int] | None, most: int) -> Generator[Crew]:
+def _crew(
+    workers: int, scheduler: str | None, executor: tuple[Executor, int] | None, most: int, plan: bytes
+) -> Generator[Crew]:
     """Get the workers that are asked for."""
     from cosim.sweeps.workers.crew import Crew, dask_cluster, process_pool
 
@@ -200,11 +207,11 @@ def _crew(workers: int, scheduler: str | None, executor: tuple[Executor, int] | 
         with dask_cluster(scheduler) as crew:
             yield crew
     else:
-        with process_pool(workers, most) as crew:
+        with process_pool(workers, most, of_main=is_of_main(plan)) as crew:
             yield crew
 
 
-def _run(made: Sweep, store: SweepStore, crew: Crew, path: Path, progress: Progress | None) -> None:
+def _run(made: Sweep, plan: bytes, store: SweepStore, crew: Crew, path: Path, progress: Progress | None) -> None:
     """Run what is left, and keep it."""
     from cosim.sweeps.workers.dispatch import Dispatcher
 
@@ -225,7 +232,7 @@ def _run(made: Sweep, store: SweepStore, crew: Crew, path: Path, progress: Progr
             progress(f"{store.done} of {total} points, {rate:.3g} a second{failed}", store.done / total)
 
     try:
-        Dispatcher(made, crew, store.left(), total - before).run(take, look)
+        Dispatcher(made, plan, crew, store.left(), total - before).run(take, look)
         look()
     except KeyboardInterrupt:
         store.flush()

@@ -20,13 +20,14 @@ from cosim.errors import InputError, RunError, ScenarioError, TuningInterruptedE
 from cosim.fmi2.locate import locate_fmu, promised_fmus
 from cosim.fmi2.model_description import read_description
 from cosim.league.entries import USUAL, Condition, Law, League, load_league
-from cosim.league.playing import Game, Played, Progress, players, processors
+from cosim.league.playing import Game, Played, Progress, players
 from cosim.league.rig import DRIVE, PLANT, PROGRAM
 from cosim.league.score import Score
 from cosim.league.tuning.gains import Gain, free_gains
 from cosim.league.tuning.journal import EvaluationLog, Key, key_of, opened_journal
 from cosim.league.tuning.linear import LinearModel, Margin, by_formula, settings
 from cosim.league.tuning.severity import overall
+from cosim.processes import processors
 from cosim.provenance import versions
 from cosim.system.signals import FloatArray, Value
 

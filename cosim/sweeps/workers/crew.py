@@ -6,17 +6,17 @@ is gone, and whether there can be others in its place.
 
 from __future__ import annotations
 
-import os
 import signal
 from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib import import_module
-from multiprocessing import get_context
+from multiprocessing import current_process, get_context
 from typing import Any
 
 from cosim.errors import InputError, require
+from cosim.processes import processors, without_main
 from cosim.provenance import versions
 from cosim.sweeps.workers.work import BatchReply
 
@@ -24,6 +24,10 @@ PATIENCE = 10.0
 """Seconds to wait for an answer of a scheduler."""
 _COMPARED = ("python", "dask", "distributed", "cloudpickle", "msgpack", "numpy")
 _MOST_WORKERS = 4096
+_UNGUARDED = (
+    "workers import the script whose functions they are to call; expected all else that it does under "
+    'if __name__ == "__main__":, or the functions in a module of their own'
+)
 
 
 @dataclass
@@ -48,6 +52,8 @@ class Crew:
         Whether the executor itself goes on where a worker is gone.
     where : str
         Who they are, in messages.
+    advice : str
+        What else is said where none of them can start.
     """
 
     executor: Executor
@@ -58,6 +64,7 @@ class Crew:
     is_torn: Callable[[BaseException], bool] = lambda error: False
     outlives: bool = False
     where: str = "the executor"
+    advice: str = ""
 
 
 class Here(Executor):
@@ -73,17 +80,12 @@ class Here(Executor):
         return future
 
 
-def processors() -> int:
-    """Return how many processors this process may use."""
-    allowed = getattr(os, "sched_getaffinity", None)
-    return len(allowed(0)) if allowed is not None else os.cpu_count() or 1
-
-
 @contextmanager
-def process_pool(workers: int, most: int) -> Generator[Crew]:
+def process_pool(workers: int, most: int, *, of_main: bool = False) -> Generator[Crew]:
     """Start processes on this machine, no more than can have work: for 0 as many as there are processors.
 
-    1 is this process itself.
+    1 is this process itself. Others import the script that is run, as Python's own pools do, only where what they work
+    with is of it.
     """
     if not 0 <= workers <= _MOST_WORKERS:
         raise InputError(f"{workers} workers were asked for; expected 0, for one on each processor, to {_MOST_WORKERS}")
@@ -97,18 +99,26 @@ def process_pool(workers: int, most: int) -> Generator[Crew]:
     def begin() -> ProcessPoolExecutor:
         for broken in current:
             broken.shutdown(wait=False, cancel_futures=True)
-        current[:] = [ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_leave_signals)]
-        ready[:] = [current[0].submit(_get_ready) for _ in range(number)]
+        with nullcontext() if of_main else without_main():
+            current[:] = [ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_leave_signals)]
+            ready[:] = [current[0].submit(_get_ready) for _ in range(number)]
         return current[0]
 
     def came_up() -> bool:
         return any(each.done() and not each.cancelled() and each.exception() is None for each in ready)
 
     try:
-        yield Crew(begin(), number, renew=begin, came_up=came_up, where="a worker process")
+        advice = f"; {_UNGUARDED}" if of_main else ""
+        yield Crew(begin(), number, renew=begin, came_up=came_up, where="a worker process", advice=advice)
     finally:
         for pool in current:
             pool.shutdown(cancel_futures=True)
+
+
+def refuse_in_import() -> None:
+    """End this process with a sentence if it is a worker that is importing the script of its parent, which sweeps."""
+    if getattr(current_process(), "_inheriting", False):  # as multiprocessing itself tells
+        raise SystemExit(f"error: {_UNGUARDED}")
 
 
 def _get_ready() -> None:

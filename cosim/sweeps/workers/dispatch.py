@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import pickle
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -42,6 +41,8 @@ class Dispatcher:
     ----------
     sweep : Sweep
         What to run.
+    plan : bytes
+        Its plan, pickled.
     crew : Crew
         Who does it.
     left : iterator of Stretch
@@ -50,10 +51,9 @@ class Dispatcher:
         How many points that is.
     """
 
-    def __init__(self, sweep: Sweep, crew: Crew, left: Iterator[Stretch], points: int) -> None:
-        self._sweep, self._crew, self._left = sweep, crew, left
-        self._plan = pickle.dumps(sweep.plan)
-        self._name = hashlib.sha256(self._plan).hexdigest()
+    def __init__(self, sweep: Sweep, plan: bytes, crew: Crew, left: Iterator[Stretch], points: int) -> None:
+        self._sweep, self._plan, self._crew, self._left = sweep, plan, crew, left
+        self._name = hashlib.sha256(plan).hexdigest()
         self._points = points
         self._again: deque[Stretch] = deque()
         self._suspects: deque[tuple[Stretch, int]] = deque()
@@ -176,11 +176,11 @@ class Dispatcher:
 
     def _replace_workers(self, error: BaseException, take: Callable[[list[Done]], None]) -> None:
         """Get others in place of workers that are gone; suspect what was under way, or convict who was alone."""
-        message = " ".join(str(error).split()) or type(error).__name__
+        message = " ".join(str(error).split()).removesuffix(".") or type(error).__name__
         came_up = self._crew.came_up()
         self._stillborn = 0 if came_up else self._stillborn + 1
         if self._stillborn >= _MOST_STARTS:
-            raise RunError(f"{self._crew.where} cannot start: {message}")
+            raise RunError(f"{self._crew.where} cannot start: {message}{self._crew.advice}")
         if self._accused is not None:
             stretch, deaths = self._accused
             self._flying.clear()

@@ -230,14 +230,53 @@ def test_a_cluster_of_another_version_is_refused(
         run(tmp_path / "s.zarr", scheduler=cluster[0])
 
 
+def run_script(folder: Path, text: str) -> subprocess.CompletedProcess[str]:
+    (folder / "script.py").write_text(text)
+    command = [sys.executable, "script.py"]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=240)
+
+
+@pytest.mark.slow
+def test_workers_do_not_run_the_script_of_the_sweep_again(tmp_path: Path) -> None:
+    text = """
+import cosim
+print("begun")
+found = cosim.sweep("stick-slip", "s.zarr", grid={"plant.WOB": [1e4, 2e4]}, stop_time=20.0, workers=2)
+print(found["failed"].values)
+"""
+    done = run_script(tmp_path, text)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "begun\n[0. 0.]\n", "")
+
+
+OF_ITS_OWN = """
+import cosim
+
+def weight(bit_speed: float) -> float:
+    return 2e4 + abs(bit_speed)
+
+if {condition}:
+    grid = {{"plant.Omega": [8.0, 9.0]}}
+    found = cosim.sweep("wob-law", "s.zarr", grid=grid, components={{"law": weight}}, stop_time=20.0, workers=2)
+    print(found["failed"].values)
+"""
+
+
+@pytest.mark.slow
+def test_workers_import_a_script_whose_functions_they_call(tmp_path: Path) -> None:
+    done = run_script(tmp_path, OF_ITS_OWN.format(condition='__name__ == "__main__"'))
+    assert (done.returncode, done.stdout, done.stderr) == (0, "[0. 0.]\n", "")
+
+
 @pytest.mark.slow
 def test_workers_that_cannot_even_start_end_the_sweep(tmp_path: Path) -> None:
-    script = tmp_path / "unguarded.py"  # each worker would run the sweep anew
-    script.write_text(
-        "from cosim import sweep\n"
-        f"sweep('stick-slip', {str(tmp_path / 's.zarr')!r}, grid={{'plant.WOB': [1e4, 2e4]}}, workers=2)\n"
-    )
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=240)
+    done = run_script(tmp_path, OF_ITS_OWN.format(condition="True"))  # each worker would run the sweep anew
     assert done.returncode == 1
-    assert "RunError: a worker process cannot start: A process in the process pool was terminated" in done.stderr
+    *others, last = done.stderr.splitlines()
+    assert last.startswith("cosim.errors.RunError: a worker process cannot start: A process in the process pool was")
+    assert last.endswith(
+        "; workers import the script whose functions they are to call; expected all else that it does under "
+        'if __name__ == "__main__":, or the functions in a module of their own'
+    )
+    assert done.stderr.count("Traceback") == 1
+    assert any(line.startswith("error: workers import the script") for line in others)
     assert np.isnan(open_sweep(tmp_path / "s.zarr")["failed"].values).all()

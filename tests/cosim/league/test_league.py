@@ -6,6 +6,8 @@ import csv
 import logging
 import math
 import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -85,6 +87,23 @@ def test_the_number_of_processes_changes_no_digit(tmp_path: Path) -> None:
     assert [(row["law"], row["condition"]) for row in found] == [
         ("ordinary", "nominal"), ("ordinary", "weak"), ("soft-torque", "nominal"), ("soft-torque", "weak"),
     ]  # fmt: skip
+
+
+UNGUARDED = """
+from dataclasses import replace
+from cosim.league.entries import load_league
+from cosim.league.playing import play
+print("begun")
+league = replace(load_league().only(["soft-torque", "ordinary"], ["nominal"]), settle=20.0, judge=25.0)
+print(len(play(league, 2).scores))
+"""
+
+
+def test_players_do_not_run_the_script_of_the_league_again(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(UNGUARDED)
+    command = [sys.executable, "script.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=240)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "begun\n2\n", "")
 
 
 def test_a_search_ends_at_the_first_value_that_is_too_hard(tmp_path: Path) -> None:

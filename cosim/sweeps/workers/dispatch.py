@@ -21,6 +21,8 @@ from cosim.sweeps.workers.work import BatchReply, Done, Stretch, run_batch
 
 TARGET = 0.5
 """How long a batch should take, s: long against what it costs to hand it out, and short against patience."""
+_MOST_POINTS = 1000
+"""Of a batch, however short they are: more would be held in memory at once, and save no time."""
 _PATIENCE = 4.0
 """As many times as long a line is gone on with before it is left to another batch."""
 _FALL = 8.0
@@ -103,7 +105,7 @@ class Dispatcher:
     def _batch(self) -> Batch:
         """Take as many lines as fill the time of a batch, and no more than leave work for the others."""
         fair = self._points / (2.0 * self._crew.workers)
-        wanted = 1.0 if self._cost is None else max(1.0, min(TARGET / self._cost, fair))
+        wanted = 1.0 if self._cost is None else max(1.0, min(TARGET / self._cost, fair, _MOST_POINTS))
         batch: list[Stretch] = []
         points = 0
         while points < wanted:

@@ -6,19 +6,17 @@ import hashlib
 import json
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 from .. import project
 from ..build.licenses import zig_text
-from ..errors import BuildError
+from ..node import install_packages, run_node
 from .core import compile_core, core_tables
 
 PAGE = "console.html"
 BUILT = project.ROOT / "build" / "console"
 _WEB = project.ROOT / "web"
-_LOCK = _WEB / "package-lock.json"
-_INSTALLED = _WEB / "node_modules" / ".made-from.json"
+_NEEDED_BY = "the console"
 _MADE_FROM = re.compile(r'<meta name="made-from" content="([0-9a-f]{64})">')
 
 
@@ -33,10 +31,9 @@ def build_page(folder: Path = BUILT) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     _write_core(folder)
     (folder / "licenses.txt").write_text(_licenses(), encoding="utf-8")
-    if not _installed():
-        _run("npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund")
-    _run("npm", "run", "--silent", "check")
-    _run("node", "build.mjs", str(folder.resolve()), _sources_digest(folder))
+    install_packages(_WEB, _NEEDED_BY)
+    run_node("npm", "run", "--silent", "check", folder=_WEB, needed_by=_NEEDED_BY)
+    run_node("node", "build.mjs", str(folder.resolve()), _sources_digest(folder), folder=_WEB, needed_by=_NEEDED_BY)
     return folder / PAGE
 
 
@@ -76,27 +73,6 @@ def _licenses() -> str:
         "Functions of musl in the core": zig_text("lib/libc/musl/COPYRIGHT"),
     }
     return "\n\n".join(f"{title}\n\n{text.strip()}" for title, text in parts.items())
-
-
-def _installed() -> bool:
-    """Return whether the packages are there that the lock names: a copy of it is left with them."""
-    return _INSTALLED.is_file() and _INSTALLED.read_bytes() == _LOCK.read_bytes()
-
-
-def _run(program: str, *arguments: str) -> None:
-    path = shutil.which(program)
-    if path is None:
-        raise BuildError(f"{program} is missing, which builds the console; install Node.js 18 or later with npm")
-    run = subprocess.run(
-        [path, *arguments], cwd=_WEB, capture_output=True, text=True, encoding="utf-8", errors="replace", check=False
-    )
-    if run.returncode != 0:
-        messages = (run.stderr + run.stdout).strip()
-        raise BuildError(
-            f"the console cannot be built: {program} {arguments[0]} ended with {run.returncode}:\n{messages}"
-        )
-    if arguments[0] == "ci":
-        shutil.copyfile(_LOCK, _INSTALLED)
 
 
 def _sources_digest(folder: Path) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from cosim.errors import InputError, require, suggestion
 from cosim.files import why
+from cosim.sweeps.arrays import named
 
 MARK = ".zattrs"
 """The file that makes a folder a store."""
@@ -52,7 +53,7 @@ def open_sweep(path: str | Path) -> Any:
         raise InputError(f"{path}: there is no store of a sweep")
     try:
         with quiet():
-            return xarray.open_zarr(Path(path), chunks=None, consolidated=True)
+            return named(xarray.open_zarr(Path(path), chunks=None, consolidated=True))
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} cannot be read: {why(error)}") from error
 
@@ -85,7 +86,7 @@ def open_series(path: str | Path, at: Mapping[str, Any] | None = None) -> Any:
         raise InputError(f"{path}: the sweep has kept nothing over time; expected one with --keep component.variable")
     try:
         with quiet():
-            found = xarray.open_zarr(Path(path), group=SERIES, chunks=None, consolidated=True)
+            found = named(xarray.open_zarr(Path(path), group=SERIES, chunks=None, consolidated=True))
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} cannot be read: {why(error)}") from error
     for name, value in (at or {}).items():

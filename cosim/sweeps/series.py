@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import InputError, SystemDefinitionError, format_time, suggestion
-from cosim.sweeps.arrays import Array, coordinate, described
+from cosim.sweeps.arrays import Array, coordinate, described, stored_name
 from cosim.sweeps.design import SAMPLES, Axis, Design
 from cosim.sweeps.reading import SERIES, TIME, quiet, reader
 from cosim.system.description import Description
@@ -299,11 +299,11 @@ class SeriesStore:
         buffer = self._buffers.get(region)
         if not buffer:
             return
-        names = [axis.name for axis in self._design.axes]
+        names = [stored_name(axis.name) for axis in self._design.axes]
         where = {name: slice(None) for name in (*names, TIME)}
         if self._first is not None:
             where[names[self._first]] = self._within(region)
-        series = {name: ([*names, TIME], values) for name, values in buffer.items() if name != MESSAGE}
+        series = {stored_name(name): ([*names, TIME], values) for name, values in buffer.items() if name != MESSAGE}
         whole = reader().Dataset({**series, MESSAGE: (names, buffer[MESSAGE])})
         with quiet():
             whole.to_zarr(self._path, group=SERIES, region=where, mode="r+", consolidated=True)

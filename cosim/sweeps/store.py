@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from cosim.errors import OutputError, require_installed
 from cosim.files import draft_of, locked, open_file, why, write_all
 from cosim.sweeps import series
-from cosim.sweeps.arrays import Array, begin_group, consolidate, coordinate, described
+from cosim.sweeps.arrays import Array, begin_group, consolidate, coordinate, described, stored_name
 from cosim.sweeps.design import SAMPLES, Design
 from cosim.sweeps.plan import Sweep
 from cosim.sweeps.reading import SERIES, quiet, reader
@@ -234,13 +234,13 @@ class SweepStore:
             self._series.write(region)
         xarray = reader()
         buffer = self._buffers[region]
-        names = [axis.name for axis in self._design.axes]
+        names = [stored_name(axis.name) for axis in self._design.axes]
         where = {name: slice(None) for name in names}
         if self._design.across:
             first = self._design.across[0]
             begin = region * self._rows
             where[names[first]] = slice(begin, begin + buffer[FAILED].shape[first])
-        whole = xarray.Dataset({name: (names, values) for name, values in buffer.items()})
+        whole = xarray.Dataset({stored_name(name): (names, values) for name, values in buffer.items()})
         with quiet():
             whole.to_zarr(self._path, region=where, mode="r+", consolidated=True)
 

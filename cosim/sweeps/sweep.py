@@ -20,7 +20,7 @@ from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
 from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, sampled
 from cosim.sweeps.measures import Beginning, MeasureSet, final_values
-from cosim.sweeps.reading import open_sweep
+from cosim.sweeps.reading import SAMPLE, SERIES, TIME, open_sweep
 from cosim.sweeps.series import POINTS, Wanted
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from cosim.sweeps.workers.crew import Crew
     from cosim.sweeps.workers.work import Done
 
+_TAKEN = ("failed", "message", SERIES, SAMPLE, TIME)
 _FLUSH = 10.0
 """Seconds after which what is done is written for readers, though its regions are not complete."""
 
@@ -183,6 +184,10 @@ def _made(
 
 def _axis(opened: Opened, name: str, said: Values) -> Axis:
     """Read the values of an axis by the type of what varies."""
+    if name in _TAKEN:
+        raise InputError(
+            f"{name} is to vary, and the store has that name for something else; expected another one for the component"
+        )
     opened.variable(name)
     return Axis(name, {name: opened.typed(name, read_values(name, said))})
 

@@ -27,7 +27,6 @@ def test_a_store_is_begun_as_xarray_does_it(tmp_path: Path) -> None:
         "plant.Omega": coordinate("plant.Omega", speeds, "", "speed"),
         "plant.b": coordinate("sample", drawn, "N", "weight"),
         "plant.a": coordinate("sample", [True, False, True]),
-        "a name": coordinate("sample", drawn),
     }
     begin_group(tmp_path / "begun", "", begun, {"title": "a title"})
     begin_group(tmp_path / "begun", "part", {"time": coordinate("time", drawn, "s")})

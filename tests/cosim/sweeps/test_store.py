@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cosim import InputError, open_sweep, sweep
+from cosim import InputError, open_series, open_sweep, sweep
 from cosim.errors import OutputError, SweepInterruptedError
 from cosim.sweeps import store
+from cosim.sweeps.measures import FinalValues, Output
 from cosim.sweeps.workers import dispatch
 from cosim.sweeps.workers.crew import Here
 from tests.cosim.sweeps.measuring import OUTPUTS, Last
@@ -246,3 +247,43 @@ def test_a_file_is_no_store(tmp_path: Path) -> None:
     (tmp_path / "s.zarr").touch()
     with pytest.raises(OutputError, match=r"is there already and is no store of a sweep; expected a new name$"):
         run(tmp_path / "s.zarr")
+
+
+NESTED = """
+title = "nested"
+stop_time = 3.0
+step_size = 0.1
+[components."inner/the 100 % plant"]
+fmu = "DrillstringNeutral"
+[inputs]
+"inner/the 100 % plant.Omega" = 10.0
+"inner/the 100 % plant.WOB" = 97347.0
+"""
+
+
+def test_names_of_any_characters_come_back_as_they_are(tmp_path: Path) -> None:
+    (tmp_path / "nested.toml").write_text(NESTED)
+    part = "inner/the 100 % plant"
+    given: dict[str, Any] = {
+        "grid": {part: ["DrillstringNeutral", "DrillstringDistributed"], f"{part}.Omega": [5.0, 10.0]},
+        "samples": {f"{part}.WOB": "5e4:9e4"}, "count": 2, "workers": 1, "keep": [f"{part}.bit_speed"],
+        "measures": FinalValues((Output(f"{part}.top_speed", "rad/s", ""),)),
+    }  # fmt: skip
+    found = sweep(tmp_path / "nested.toml", tmp_path / "s.zarr", **given)
+    assert found.sizes == {part: 2, f"{part}.Omega": 2, "sample": 2}
+    assert set(found.coords) == {part, f"{part}.Omega", f"{part}.WOB"}
+    assert set(found.data_vars) == {f"{part}.top_speed", "failed", "message"}
+    assert (found[f"{part}.top_speed"] > 0.0).all()
+    series = open_series(tmp_path / "s.zarr", {f"{part}.Omega": 10.0, part: "DrillstringDistributed"})
+    assert series[f"{part}.bit_speed"].sizes == {"sample": 2, "time": 31}
+    assert series[f"{part}.bit_speed"].notnull().all()
+    assert found.attrs.keys() == open_sweep(tmp_path / "s.zarr").attrs.keys()
+    assert not [path for path in (tmp_path / "s.zarr").rglob("*") if set(path.name) & set('\\:*?"<>|')]
+
+
+@pytest.mark.parametrize("name", ["failed", "message", "sample", "series", "time"])
+def test_a_component_whose_name_the_store_needs_is_refused(tmp_path: Path, name: str) -> None:
+    (tmp_path / "s.toml").write_text(NESTED.replace("inner/the 100 % plant", name))
+    with pytest.raises(InputError, match=rf"^{name} is to vary, and the store has that name for something else; expec"):
+        sweep(tmp_path / "s.toml", tmp_path / "s.zarr", grid={name: ["DrillstringDistributed"]}, workers=1)
+    assert not (tmp_path / "s.zarr").exists()

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from cosim import InputError, simulate, sweep
+from cosim.drilling.map_figure import draw_maps
 from cosim.drilling.mathematics import DrillstringParameters, equilibria, stability_boundary
 from cosim.drilling.oscillation import measure
 from cosim.drilling.severity import QUANTITIES, SWING, Severity
-from cosim.drilling.severity_map import bistable, draw_maps, find_folds, read_map
+from cosim.drilling.severity_map import bistable, find_folds, read_map
 from cosim.progress import Progress
 from cosim.sweeps.distributions import Distribution
 

@@ -34,11 +34,11 @@ def draw_maps(
     path : Path
         The file.
     maps : sequence of Map
-        Over the same plane; of several branches, cells in which they disagree are marked.
+        Over the same plane; of several branches of one sweep, cells in which they disagree are marked.
     units : str
         As of `cosim.system.field_units.shown_in`.
     folds : (ndarray, ndarray), optional
-        From `find_folds`.
+        From `cosim.drilling.severity_map.find_folds`, of the first map; it is drawn in those of the same string.
     difference : bool
         The maps are differences, and have a colour for none.
 
@@ -66,7 +66,7 @@ def _compose(maps: Sequence[Map], units: str, folds: tuple[FloatArray, FloatArra
     shading = None
     for number, (panel, each) in enumerate(zip(panels, maps, strict=True)):
         shading = _draw(panel, each, factor, units, ends, difference)
-        _draw_lines(panel, each, units, folds)
+        _draw_lines(panel, each, units, folds if each.string == first.string else None)
         if apart is not None:
             _mark(panel, each, apart, units)
         panel.set_title(f"{chr(ord('a') + number)}) {each.title}" if len(maps) > 1 else each.title, fontsize=10)

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 log = logging.getLogger("cosim")
 
 _BRANCHES = {"rest": "from rest", "up": "continued up", "down": "continued down"}
+_BEGINNING = ("branch", "along", "beginning", "series")
+"""What of the record of a sweep tells how runs begin, or nothing of them."""
 _STRING = "DrillstringNeutral"
 _GREATEST_INDEX = 3.0
 _STANDS = 0.999
@@ -59,6 +61,8 @@ class Map:
         Where the bit speed swings by more than `cosim.drilling.severity.SWING`, or the bit stands still.
     string : DrillstringParameters or None
         What is turned, if it is a string alone whose speed and weight vary.
+    system : str
+        A text that is the same for maps that differ in how runs begin alone.
     """
 
     title: str
@@ -75,6 +79,7 @@ class Map:
     failed: BoolArray
     unstable: BoolArray
     string: DrillstringParameters | None
+    system: str
 
     def less(self, other: Map) -> Map:
         """Return the difference from a map over the same plane.
@@ -167,6 +172,7 @@ def read_map(dataset: Any, quantity: str | None = None) -> Map:
         failed=failed,
         unstable=unstable,
         string=_string(record, x_name, y_name, _fixed(dataset)),
+        system=system_of(record),
     )
 
 
@@ -325,8 +331,21 @@ def theory_lines(found: Map, folds: tuple[FloatArray, FloatArray] | None = None)
     return lines
 
 
-def bistable(maps: Sequence[Map]) -> BoolArray:
-    """Return where branches disagree: the bit swings in one and turns steadily in another."""
+def system_of(record: Mapping[str, Any]) -> str:
+    """Return a text that is the same for sweeps that differ in how runs begin alone, if in anything.
+
+    Where the ends of their runs differ, they depend on the beginning.
+    """
+    return json.dumps({name: each for name, each in record.items() if name not in _BEGINNING}, sort_keys=True)
+
+
+def bistable(maps: Sequence[Map]) -> BoolArray | None:
+    """Return where branches disagree: the bit swings in one and turns steadily in another.
+
+    None of maps of different systems, whose differences have other reasons.
+    """
+    if len({each.system for each in maps}) > 1:
+        return None
     unstable = np.stack([each.unstable for each in maps])
     whole = ~np.stack([each.failed for each in maps]).any(axis=0)
     return np.asarray(unstable.any(axis=0) & ~unstable.all(axis=0) & whole)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import settings
 
+from cosim.processes import processors
 from tests.once import built_once, shared_folder
 from tests.programs import CHROMIUM, program
 
@@ -77,6 +78,11 @@ def browser() -> Generator[Browser]:
         started = play.chromium.launch(executable_path=found, args=FLAGS)
         yield started
         started.close()
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """Have one worker more than there are processors: many tests wait for processes that they have started."""
+    return processors() + 1
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -144,7 +144,8 @@ def _print_summary(found: Any, path: Path) -> None:
     console = new_console()
     failed = found["failed"].values == 1
     shape = " x ".join(str(size) for size in failed.shape)
-    console.print(Text(f"{failed.size} points ({shape}), {int(failed.sum())} failed"))
+    points = "1 point" if failed.size == 1 else f"{failed.size} points"
+    console.print(Text(f"{points} ({shape}), {int(failed.sum())} failed"))
     if failed.any():
         console.print(Text(f"the first that failed: {found['message'].values[failed][0]}"), soft_wrap=True)
     console.print(Text(f"wrote {path}"), soft_wrap=True)

@@ -51,7 +51,7 @@ def test_parameters_are_taken_from_a_file(tmp_path: Path) -> None:
     file.write_text('fmu = "WeightOnBitLaw"\n[parameters]\nK_w = 7.5\nWOB_max = 1.9e5\n')
     usual = ["--parameters", str(file), "--set", "law.WOB_max=1.8e5", "--stop-time", "20", "--workers", "1"]
     code, said = cosim("sweep", "wob-law", "--grid", "plant.Omega=9", *usual, "--output", str(store))
-    assert (code, said) == (0, f"1 points (1), 0 failed wrote {store}")
+    assert (code, said) == (0, f"1 point (1), 0 failed wrote {store}")
     law = json.loads(open_sweep(store).attrs["record"])["components"]["law"]["parameters"]
     assert (law["K_w"], law["WOB_max"]) == (7.5, 1.8e5)
 

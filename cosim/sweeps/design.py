@@ -143,10 +143,17 @@ def read_values(name: str, said: Values) -> list[Value]:
     for value in values:
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{name}: a value is {value}; expected finite numbers")
-    if len(set(values)) < len(values):
-        twice = next(value for number, value in enumerate(values) if value in values[:number])
-        raise InputError(f"{name}: {twice} is given twice; expected each value once")
+    refuse_twice(name, values)
     return values
+
+
+def refuse_twice(name: str, values: Sequence[Value]) -> None:
+    """Refuse values of an axis of which one comes twice."""
+    seen: set[Value] = set()
+    for value in values:
+        if value in seen:
+            raise InputError(f"{name}: {value} is given twice; expected each value once")
+        seen.add(value)
 
 
 def _list(text: str) -> list[Value]:

@@ -53,7 +53,7 @@ def open_sweep(path: str | Path) -> Any:
         raise InputError(f"{path}: there is no store of a sweep")
     try:
         with quiet():
-            return named(xarray.open_zarr(Path(path), chunks=None, consolidated=True))
+            return named(xarray.open_zarr(place_of(path), chunks=None, consolidated=True))
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} cannot be read: {why(error)}") from error
 
@@ -86,7 +86,7 @@ def open_series(path: str | Path, at: Mapping[str, Any] | None = None) -> Any:
         raise InputError(f"{path}: the sweep has kept nothing over time; expected one with --keep component.variable")
     try:
         with quiet():
-            found = named(xarray.open_zarr(Path(path), group=SERIES, chunks=None, consolidated=True))
+            found = named(xarray.open_zarr(place_of(path), group=SERIES, chunks=None, consolidated=True))
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} cannot be read: {why(error)}") from error
     for name, value in (at or {}).items():
@@ -153,6 +153,11 @@ def _at(found: Any, name: str, value: Any) -> Any:
         return found.isel({name: int(np.nanargmin(away))})
     except (KeyError, IndexError, TypeError, ValueError):
         raise InputError(f"the series have no {value!r} of {name}") from None
+
+
+def place_of(path: str | Path) -> Path:
+    """Return a path that xarray takes as it is: in one that begins with ``~`` it expands that, as nothing else does."""
+    return Path(path).absolute()
 
 
 def reader() -> Any:

@@ -6,7 +6,7 @@ import pickle
 import time
 from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,7 @@ from cosim.progress import Progress, shown
 from cosim.run.options import OptionKeywords, RunOptions, chosen
 from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
-from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, sampled
+from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, refuse_twice, sampled
 from cosim.sweeps.measures import Beginning, MeasureSet, final_values
 from cosim.sweeps.reading import SAMPLE, SERIES, TIME, open_sweep
 from cosim.sweeps.series import POINTS, Wanted
@@ -189,7 +189,9 @@ def _axis(opened: Opened, name: str, said: Values) -> Axis:
             f"{name} is to vary, and the store has that name for something else; expected another one for the component"
         )
     opened.variable(name)
-    return Axis(name, {name: opened.typed(name, read_values(name, said))})
+    values = opened.typed(name, read_values(name, said))
+    refuse_twice(name, values)  # which 10 and 1e1 are of a number, and 10 rad/s
+    return Axis(name, {name: values})
 
 
 def _refuse_apart(options: RunOptions) -> None:
@@ -240,7 +242,8 @@ def _run(made: Sweep, plan: bytes, store: SweepStore, crew: Crew, path: Path, pr
         Dispatcher(made, plan, crew, store.left(), total - before).run(take, look)
         look()
     except KeyboardInterrupt:
-        store.flush()
+        with suppress(KeyboardInterrupt):  # once more: what is done is in the journal
+            store.flush()
         raise SweepInterruptedError(path, store.done, total) from None
     except BaseException:
         store.flush()

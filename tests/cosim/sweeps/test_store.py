@@ -9,6 +9,7 @@ import re
 import shutil
 import zlib
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -241,6 +242,54 @@ def test_a_journal_that_makes_no_sense_is_refused(tmp_path: Path, whole: dict[st
     (path / store.JOURNAL).unlink()
     run(path)
     assert content(path) == whole["rest"]
+
+
+@pytest.mark.usefixtures("one_by_one")
+def test_an_interrupt_of_an_interrupt_loses_nothing(
+    tmp_path: Path, whole: dict[str, dict[str, bytes]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "s.zarr"
+
+    def interrupt(said: str = "", part: float = 1.0) -> None:
+        if part >= 0.5:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(store.SweepStore, "flush", lambda _: interrupt())
+        with pytest.raises(SweepInterruptedError, match=r"^interrupted after \d+ of 42 points"):
+            run(path, progress=interrupt)
+    run(path)
+    assert content(path) == whole["rest"]
+
+
+def test_a_path_is_taken_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    grid = {"plant.Omega": [4.0]}
+    found = sweep("stick-slip", "~/s.zarr", grid=grid, keep=["plant.bit_speed"], workers=1, stop_time=21.0)
+    assert found["failed"].values.tolist() == [0.0]
+    assert open_sweep(tmp_path / "~" / "s.zarr").equals(found)
+    assert open_series("~/s.zarr")["plant.bit_speed"].notnull().all()
+
+
+def test_a_value_that_is_written_in_two_ways_is_one(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"^plant\.Omega: 10\.0 is given twice; expected each value once$"):
+        sweep("stick-slip", tmp_path / "s.zarr", grid={"plant.Omega": "10,8,10 rad/s"}, workers=1)
+
+
+def test_a_store_that_another_program_begins_meanwhile_is_left_to_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, begin = tmp_path / "s.zarr", store.begin_group
+
+    def late(*arguments: Any) -> None:
+        monkeypatch.setattr(store, "begin_group", begin)
+        with ThreadPoolExecutor(1) as other:
+            other.submit(run, path).result()
+        begin(*arguments)
+
+    monkeypatch.setattr(store, "begin_group", late)
+    assert run(path).equals(open_sweep(path))
 
 
 def test_a_file_is_no_store(tmp_path: Path) -> None:

@@ -93,7 +93,12 @@ def _draw_sweeps(
     found: dict[str, Any] = {}
     for store in stores:
         series = open_series(store)
-        at = dict(_place(text, series) for text in places[0])
+        at: dict[str, Any] = {}
+        for text in places[0]:
+            name, value = _place(text, series)
+            if name in at:
+                raise InputError(f"--at {text}: {name} is given twice; expected each name once")
+            at[name] = value
         sampled = SAMPLE in series.dims and SAMPLE not in at
         if parts and not sampled:
             raise InputError(

@@ -176,7 +176,7 @@ def draw_map(
         if minus is not None:
             other = severity_map.read_map(open_sweep(minus), quantity or None)
             maps = [each.less(other) for each in maps]
-        path = output or stores[0].with_suffix(".png")
+        path = output or _named_like(stores[0], ".png")
         with progress_bar() as bar:
             lines = severity_map.find_folds(maps[0], folds, bar.one_task("following cycles")) if folds else None
         try:
@@ -184,6 +184,12 @@ def draw_map(
         except OSError as error:
             raise OutputError(f"{path} cannot be written: {why(error)}") from error
         new_console().print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+def _named_like(store: Path, ending: str) -> Path:
+    """Return a file beside a store, which may be the folder that this process is in."""
+    place = store if store.name not in ("", "..") else store.resolve()
+    return place.with_name(f"{place.stem}{ending}")
 
 
 def sensitivity(
@@ -208,7 +214,7 @@ def sensitivity(
             raise InputError(f"--confidence {confidence:g}: expected per cent, between 0 and 100")
         with progress_bar() as bar:
             found, left = indices_of_all(open_sweep(store), confidence / 100.0, bar.one_task("estimating"))
-        path = output or store.with_name(f"{store.stem}-indices.png")
+        path = output or _named_like(store, "-indices.png")
         try:
             draw_indices(path, {each.attrs["long_name"]: each for each in found.values()}, units)
             write_indices(path.with_suffix(".csv"), found)

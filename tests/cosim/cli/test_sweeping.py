@@ -36,6 +36,13 @@ def test_a_sweep_is_run_and_its_map_is_drawn(tmp_path: Path) -> None:
     assert cosim("map", store, "--minus", store, "--units", "field", "--folds", "0", "--output", again)[0] == 0
 
 
+def test_a_map_of_the_folder_one_is_in_lies_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code, _ = cosim(*USUAL, "--stop-time", "20", "--output", str(tmp_path / "map.zarr"))
+    assert code == 0
+    monkeypatch.chdir(tmp_path / "map.zarr")
+    assert cosim("map", ".", "--folds", "0") == (0, f"wrote {tmp_path / 'map.png'}")
+
+
 def test_samples_are_one_dimension(tmp_path: Path) -> None:
     store = str(tmp_path / "s.zarr")
     drawn = ["--sample", "plant.Omega=4:16", "--sample", "plant.c_b=0.01:0.1", "--count", "4", "--sampling", "sobol"]

@@ -106,6 +106,10 @@ def test_bands_and_points_are_drawn(folder: Path, tmp_path: Path) -> None:
     [
         (["maybe.zarr"], "maybe.zarr is over plant.Omega; expected a point, as --at plant.Omega=VALUE"),
         (["maybe.zarr", "--at", "plant.Omga=1"], "the series are not over 'plant.Omga'; did you mean 'plant.Omega'?"),
+        (
+            ["maybe.zarr", "--at", "plant.Omega=6", "--at", "plant.Omega=1"],
+            "--at plant.Omega=1: plant.Omega is given twice; expected each name once",
+        ),
         (["maybe.zarr", "--at", "plant.Omega"], "--at plant.Omega: expected the form component.variable=value"),
         (
             ["sure.zarr", "--at", "plant.Omega=6", "--quantile", "5"],

@@ -330,7 +330,7 @@ def test_names_of_any_characters_come_back_as_they_are(tmp_path: Path) -> None:
     assert not [path for path in (tmp_path / "s.zarr").rglob("*") if set(path.name) & set('\\:*?"<>|')]
 
 
-@pytest.mark.parametrize("name", ["failed", "message", "sample", "series", "time"])
+@pytest.mark.parametrize("name", ["failed", "message", "sample", "series", "time", "ssi", "quantile", "left_out"])
 def test_a_component_whose_name_the_store_needs_is_refused(tmp_path: Path, name: str) -> None:
     (tmp_path / "s.toml").write_text(NESTED.replace("inner/the 100 % plant", name))
     with pytest.raises(InputError, match=rf"^{name} is to vary, and the store has that name for something else; expec"):

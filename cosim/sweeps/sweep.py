@@ -174,6 +174,9 @@ def _made(
     grid, samples, count, sampling, seed = points
     opened = open_system(scenario, options)
     axes = [_axis(opened, name, said) for name, said in grid.items()]
+    for name in samples:
+        if opened.variable(name) is None:
+            raise InputError(f"{name} is a component, of which no samples are drawn; expected component.variable")
     if samples:
         axes.append(sampled(samples, count, sampling, seed))
         read = {name: opened.typed(name, list(values)) for name, values in axes[-1].values.items()}

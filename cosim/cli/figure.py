@@ -104,7 +104,12 @@ def _draw_sweeps(
             raise InputError(
                 f"{store} has no samples to take quantiles of; expected a sweep with --sample or --uncertain"
             )
-        found[str(store)] = quantile_bands(store, parts or QUANTILES, at) if sampled else open_series(store, at)
+        try:
+            found[str(store)] = (
+                quantile_bands(store, parts or QUANTILES, at) if sampled else open_series(store, at).load()
+            )
+        except (OSError, ValueError, RuntimeError) as error:  # the last of what unpacks numbers
+            raise InputError(f"{store} cannot be read: {why(error)}") from error
     try:
         draw_bands(target, found, signals, **looks)
     except OSError as error:

@@ -169,12 +169,12 @@ def draw_map(
     from cosim.drilling import severity_map
     from cosim.errors import OutputError
     from cosim.files import why
-    from cosim.sweeps.reading import open_sweep
+    from cosim.sweeps.reading import load_sweep
 
     with sentences():
-        maps = [severity_map.read_map(open_sweep(path), quantity or None) for path in stores]
+        maps = [severity_map.read_map(load_sweep(path), quantity or None) for path in stores]
         if minus is not None:
-            other = severity_map.read_map(open_sweep(minus), quantity or None)
+            other = severity_map.read_map(load_sweep(minus), quantity or None)
             maps = [each.less(other) for each in maps]
         path = output or _named_like(stores[0], ".png")
         with progress_bar() as bar:
@@ -207,13 +207,13 @@ def sensitivity(
     from cosim.drilling.uncertainty import draw_indices, write_indices
     from cosim.errors import OutputError
     from cosim.files import why
-    from cosim.sweeps.reading import open_sweep
+    from cosim.sweeps.reading import load_sweep
 
     with sentences():
         if not 0.0 < confidence < 100.0:
             raise InputError(f"--confidence {confidence:g}: expected per cent, between 0 and 100")
         with progress_bar() as bar:
-            found, left = indices_of_all(open_sweep(store), confidence / 100.0, bar.one_task("estimating"))
+            found, left = indices_of_all(load_sweep(store), confidence / 100.0, bar.one_task("estimating"))
         path = output or _named_like(store, "-indices.png")
         try:
             draw_indices(path, {each.attrs["long_name"]: each for each in found.values()}, units)

@@ -16,6 +16,8 @@ from cosim.sweeps.arrays import named
 
 MARK = ".zattrs"
 """The file that makes a folder a store."""
+RECORD = "record"
+"""Attribute of a store: all that decides the numbers, as JSON."""
 SERIES = "series"
 """Group of a store, and attribute of it, where signals are kept over time."""
 SAMPLING = "sampling"
@@ -53,8 +55,21 @@ def open_sweep(path: str | Path) -> Any:
         raise InputError(f"{path}: there is no store of a sweep")
     try:
         with quiet():
-            return named(xarray.open_zarr(place_of(path), chunks=None, consolidated=True))
+            found = named(xarray.open_zarr(place_of(path), chunks=None, consolidated=True))
     except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path} cannot be read: {why(error)}") from error
+    if "failed" not in found or RECORD not in found.attrs:
+        raise InputError(f"{path}: there is no store of a sweep, but another one of Zarr")
+    return found
+
+
+def load_sweep(path: str | Path) -> Any:
+    """Read all that a sweep has kept but series; raises as `open_sweep` does, and where numbers cannot be read."""
+    found = open_sweep(path)
+    try:
+        with quiet():
+            return found.load()
+    except (OSError, ValueError, RuntimeError) as error:  # the last of what unpacks numbers
         raise InputError(f"{path} cannot be read: {why(error)}") from error
 
 

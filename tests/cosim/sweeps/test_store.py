@@ -19,7 +19,9 @@ import pytest
 from cosim import InputError, open_series, open_sweep, sweep
 from cosim.errors import OutputError, SweepInterruptedError
 from cosim.sweeps import store
+from cosim.sweeps.arrays import begin_group, consolidate, coordinate
 from cosim.sweeps.measures import FinalValues, Output
+from cosim.sweeps.reading import load_sweep
 from cosim.sweeps.workers import dispatch
 from cosim.sweeps.workers.crew import Here
 from tests.cosim.sweeps.measuring import OUTPUTS, Last
@@ -290,6 +292,22 @@ def test_a_store_that_another_program_begins_meanwhile_is_left_to_it(
 
     monkeypatch.setattr(store, "begin_group", late)
     assert run(path).equals(open_sweep(path))
+
+
+def test_what_is_no_store_of_a_sweep_or_is_damaged_is_told(tmp_path: Path) -> None:
+    begin_group(tmp_path / "other.zarr", "", {"a": coordinate("a", [1.0, 2.0])})
+    consolidate(tmp_path / "other.zarr")
+    with pytest.raises(InputError, match=r"other\.zarr: there is no store of a sweep, but another one of Zarr$"):
+        open_sweep(tmp_path / "other.zarr")
+    path = tmp_path / "s.zarr"
+    run(path)
+    for file in (path / "energy").glob("[0-9]*"):
+        file.write_bytes(b"a chunk that is none")
+    with pytest.raises(InputError, match=r"s\.zarr cannot be read: "):
+        load_sweep(path)
+    (path / ".zmetadata").write_text("{")
+    with pytest.raises(OutputError, match=r"s\.zarr is damaged: .*; expected a new name$"):
+        run(path)
 
 
 def test_a_file_is_no_store(tmp_path: Path) -> None:

@@ -166,7 +166,7 @@ def draw_map(
     ] = None,
 ) -> None:
     """Draw severity maps of sweeps, side by side, with what theory says of them."""
-    from cosim.drilling import severity_map
+    from cosim.drilling import map_figure, severity_map
     from cosim.errors import OutputError
     from cosim.files import why
     from cosim.sweeps.reading import load_sweep
@@ -180,7 +180,7 @@ def draw_map(
         with progress_bar() as bar:
             lines = severity_map.find_folds(maps[0], folds, bar.one_task("following cycles")) if folds else None
         try:
-            severity_map.draw_maps(path, maps, units, lines, difference=minus is not None)
+            map_figure.draw_maps(path, maps, units, lines, difference=minus is not None)
         except OSError as error:
             raise OutputError(f"{path} cannot be written: {why(error)}") from error
         new_console().print(Text(f"wrote {path}"), soft_wrap=True)

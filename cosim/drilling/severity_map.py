@@ -1,8 +1,8 @@
-"""Draw severity maps: a number of a sweep over two axes, with what theory says of the same plane.
+"""Severity maps: a number of a sweep over two axes, with what theory says of the same plane.
 
-Over maps of a string alone at given speed and weight, two lines are drawn: where steady rotation loses its stability,
+Over maps of a string alone at given speed and weight, there are two lines: where steady rotation loses its stability,
 from the spectrum, and up to where there are cycles, the fold, from their continuation. Between them both are stable,
-and what is found depends on where a run comes from: cells in which branches of a sweep disagree are marked.
+and what is found depends on where a run comes from: there are cells in which branches of a sweep disagree.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import json
 import logging
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,8 +19,6 @@ from numpy.typing import NDArray
 from cosim.drilling.severity import QUANTITIES, SWING
 from cosim.errors import InputError, MissingPackageError, suggestion
 from cosim.progress import Progress, shown
-from cosim.recording.figure import blank_figure, save_figure
-from cosim.system.field_units import shown_in
 from cosim.system.signals import FloatArray
 
 if TYPE_CHECKING:
@@ -29,8 +26,9 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("cosim")
 
-_NAMES = {"Omega": "Drive speed", "WOB": "Weight on bit"}
 _BRANCHES = {"rest": "from rest", "up": "continued up", "down": "continued down"}
+_BEGINNING = ("branch", "along", "beginning", "series")
+"""What of the record of a sweep tells how runs begin, or nothing of them."""
 _STRING = "DrillstringNeutral"
 _GREATEST_INDEX = 3.0
 _STANDS = 0.999
@@ -63,6 +61,8 @@ class Map:
         Where the bit speed swings by more than `cosim.drilling.severity.SWING`, or the bit stands still.
     string : DrillstringParameters or None
         What is turned, if it is a string alone whose speed and weight vary.
+    system : str
+        A text that is the same for maps that differ in how runs begin alone.
     """
 
     title: str
@@ -79,6 +79,7 @@ class Map:
     failed: BoolArray
     unstable: BoolArray
     string: DrillstringParameters | None
+    system: str
 
     def less(self, other: Map) -> Map:
         """Return the difference from a map over the same plane.
@@ -171,6 +172,7 @@ def read_map(dataset: Any, quantity: str | None = None) -> Map:
         failed=failed,
         unstable=unstable,
         string=_string(record, x_name, y_name, _fixed(dataset)),
+        system=system_of(record),
     )
 
 
@@ -329,80 +331,24 @@ def theory_lines(found: Map, folds: tuple[FloatArray, FloatArray] | None = None)
     return lines
 
 
-def bistable(maps: Sequence[Map]) -> BoolArray:
-    """Return where branches disagree: the bit swings in one and turns steadily in another."""
+def system_of(record: Mapping[str, Any]) -> str:
+    """Return a text that is the same for sweeps that differ in how runs begin alone, if in anything.
+
+    Where the ends of their runs differ, they depend on the beginning.
+    """
+    return json.dumps({name: each for name, each in record.items() if name not in _BEGINNING}, sort_keys=True)
+
+
+def bistable(maps: Sequence[Map]) -> BoolArray | None:
+    """Return where branches disagree: the bit swings in one and turns steadily in another.
+
+    None of maps of different systems, whose differences have other reasons.
+    """
+    if len({each.system for each in maps}) > 1:
+        return None
     unstable = np.stack([each.unstable for each in maps])
     whole = ~np.stack([each.failed for each in maps]).any(axis=0)
     return np.asarray(unstable.any(axis=0) & ~unstable.all(axis=0) & whole)
-
-
-def draw_maps(
-    path: Path,
-    maps: Sequence[Map],
-    units: str = "metric",
-    folds: tuple[FloatArray, FloatArray] | None = None,
-    *,
-    difference: bool = False,
-) -> None:
-    """Draw maps of one number side by side into a PNG file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    maps : sequence of Map
-        Over the same plane; of several branches, cells in which they disagree are marked.
-    units : str
-        As of `cosim.system.field_units.shown_in`.
-    folds : (ndarray, ndarray), optional
-        From `find_folds`.
-    difference : bool
-        The maps are differences, and have a colour for none.
-
-    Raises
-    ------
-    InputError
-        If there are no such units, or the maps are over different planes.
-    OSError
-        If the file cannot be written.
-    """
-    shown_in("", units)
-    for each in maps[1:]:
-        each.less(maps[0])
-    save_figure(path, lambda: _compose(maps, units, folds, difference))
-
-
-def _compose(maps: Sequence[Map], units: str, folds: tuple[FloatArray, FloatArray] | None, difference: bool) -> Any:
-    """Lay out the panels."""
-    figure = blank_figure(1.6 + 4.0 * len(maps), 4.3)
-    panels = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
-    first = maps[0]
-    unit, factor = shown_in(first.unit, units)
-    ends = limits([each.values * factor for each in maps], first.quantity, difference)
-    apart = bistable(maps) if len(maps) > 1 and not difference else None
-    shading = None
-    for number, (panel, each) in enumerate(zip(panels, maps, strict=True)):
-        shading = _draw(panel, each, factor, units, ends, difference)
-        _draw_lines(panel, each, units, folds)
-        if apart is not None:
-            _mark(panel, each, apart, units)
-        panel.set_title(f"{chr(ord('a') + number)}) {each.title}" if len(maps) > 1 else each.title, fontsize=10)
-        if number == 0:
-            panel.set_ylabel(_label(each.y_name, each.y_unit, units))
-    text = first.text[0].upper() + first.text[1:]
-    extend = "max" if first.quantity == "ssi" and not difference else "neither"
-    figure.colorbar(shading, ax=list(panels), label=f"{text} [{unit}]" if unit else text, extend=extend)
-    handles, labels = panels[0].get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=9)
-    return figure
-
-
-def _label(name: str, unit: str, units: str) -> str:
-    """Write the label of an axis."""
-    variable = name.partition(".")[2]
-    shown = shown_in(unit, units)[0]
-    return f"{_NAMES.get(variable, name)} [{shown}]" if shown else _NAMES.get(variable, name)
 
 
 def limits(values: Sequence[FloatArray], quantity: str, difference: bool) -> tuple[float, float]:
@@ -418,61 +364,6 @@ def limits(values: Sequence[FloatArray], quantity: str, difference: bool) -> tup
     if quantity in ("stuck_fraction", _PROBABILITY):
         return 0.0, 1.0
     return min(0.0, float(finite.min())), float(finite.max()) or 1.0
-
-
-def _draw(panel: Any, each: Map, factor: float, units: str, ends: tuple[float, float], difference: bool) -> Any:
-    """Draw the number as colours, where the bit stands still grey, and failed runs as crosses."""
-    x, y = each.x * shown_in(each.x_unit, units)[1], each.y * shown_in(each.y_unit, units)[1]
-    values = each.values * factor
-    colours = "RdBu_r" if difference else "viridis" if each.quantity == "period" else "magma_r"
-    panel.set_facecolor("white")
-    edges = cell_edges(x), cell_edges(y)
-    still = np.isinf(values)
-    if still.any():
-        grey = np.where(still, 1.0, np.nan)
-        panel.pcolormesh(*edges, grey, cmap="Greys", vmin=0.0, vmax=2.0)
-    finite = np.where(still, np.nan, values)
-    shading = panel.pcolormesh(*edges, finite, cmap=colours, vmin=ends[0], vmax=ends[1])
-    if each.failed.any():
-        rows, columns = np.nonzero(each.failed)
-        panel.plot(x[columns], y[rows], "x", color="#c00000", markersize=4, label="failed")
-    if still.any():
-        label = "bit stands still" if not difference else "bit stands still in one"
-        panel.plot([], [], "s", color="#969696", label=label)
-    panel.set(xlabel=_label(each.x_name, each.x_unit, units), xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
-    return shading
-
-
-def cell_edges(values: FloatArray) -> FloatArray:
-    """Return where the cells of an axis begin and end: halfway between values, and as far beyond those at its ends.
-
-    The cell of a single value is 1 wide: without edges Matplotlib would draw it without any width.
-    """
-    if values.size < 2:
-        return values[0] + np.array([-0.5, 0.5])
-    between = 0.5 * (values[:-1] + values[1:])
-    return np.concatenate([[2.0 * values[0] - between[0]], between, [2.0 * values[-1] - between[-1]]])
-
-
-_LINES = {"threshold": ("-", "#0b5394"), "fold": ("--", "#2f6f4f")}
-
-
-def _draw_lines(panel: Any, each: Map, units: str, folds: tuple[FloatArray, FloatArray] | None) -> None:
-    """Draw what theory says."""
-    x_factor, y_factor = shown_in(each.x_unit, units)[1], shown_in(each.y_unit, units)[1]
-    for line in theory_lines(each, folds):
-        dash, ink = _LINES[line.kind]
-        for width, colour, label in ((3.2, "white", None), (1.6, ink, line.text)):
-            panel.plot(
-                line.speeds * x_factor, line.weights * y_factor, dash, color=colour, linewidth=width, label=label
-            )
-
-
-def _mark(panel: Any, each: Map, apart: BoolArray, units: str) -> None:
-    """Mark cells in which branches disagree."""
-    rows, columns = np.nonzero(apart)
-    x, y = each.x * shown_in(each.x_unit, units)[1], each.y * shown_in(each.y_unit, units)[1]
-    panel.plot(x[columns], y[rows], ".", color="#0f9d9d", markersize=1.8, label="branches disagree: bistable")
 
 
 def quantity_names() -> tuple[str, ...]:

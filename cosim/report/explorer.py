@@ -31,8 +31,6 @@ _LINES = {"threshold": ("#0b5394", ()), "fold": ("#2f6f4f", (6, 4))}
 _MOST_PLANES = 300
 """For which lines of theory are kept, of a sweep over three axes and more."""
 _BRANCHES = {"rest": "", "up": " (continued up)", "down": " (continued down)"}
-_BEGINNING = ("branch", "along", "beginning", "series")
-"""What of the record of a sweep tells how runs begin, or nothing of them."""
 _HEIGHT = 380
 _PANELS = 4
 """Plots over time."""
@@ -154,14 +152,9 @@ def _told(group: Mapping[str, Any], members: Sequence[Mapping[str, Any]]) -> dic
         "places": [each["place"] for each in members],
         "bit": bit,
         "compared": bit and len(members) > 1,
-        "bistable": len({_system_of(each["record"]) for each in members}) == 1,
+        "bistable": len({severity_map.system_of(each["record"]) for each in members}) == 1,
         "thinned": list(dict.fromkeys(text for each in members for text in each["thinned"])),
     }
-
-
-def _system_of(record: Mapping[str, Any]) -> str:
-    """Return a text that is equal of sweeps that differ in how runs begin alone, so that their ends depend on that."""
-    return json.dumps({name: each for name, each in record.items() if name not in _BEGINNING}, sort_keys=True)
 
 
 def _signals(group: Mapping[str, Any]) -> list[str]:

@@ -16,6 +16,7 @@ PUBLIC: dict[str, tuple[str, ...]] = {
         "cosim.drilling.energy_growth",
         "cosim.drilling.severity",
         "cosim.drilling.severity_map",
+        "cosim.drilling.map_figure",
         "cosim.drilling.maps",
         "cosim.league.entries",
         "cosim.league.playing",

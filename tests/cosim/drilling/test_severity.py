@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,10 +12,11 @@ import numpy as np
 import pytest
 
 from cosim import InputError, simulate, sweep
+from cosim.drilling.map_figure import cell_edges, draw_maps
 from cosim.drilling.mathematics import DrillstringParameters, equilibria, stability_boundary
 from cosim.drilling.oscillation import measure
 from cosim.drilling.severity import QUANTITIES, SWING, Severity
-from cosim.drilling.severity_map import bistable, cell_edges, draw_maps, find_folds, read_map
+from cosim.drilling.severity_map import bistable, find_folds, read_map
 from cosim.progress import Progress
 from cosim.sweeps.distributions import Distribution
 
@@ -123,12 +125,30 @@ def test_what_happened_before_the_window_does_not_count() -> None:
 
 def test_branches_disagree_between_threshold_and_fold(branches: dict[str, Any]) -> None:
     maps = [read_map(branches[branch]) for branch in ("up", "down")]
-    apart = bistable(maps)[1]
+    found = bistable(maps)
+    assert found is not None
+    apart = found[1]
     speeds = maps[0].x[apart]
     assert speeds.size > 20
     assert speeds[0] == pytest.approx(8.345, abs=CELL)
     assert speeds[-1] == pytest.approx(17.4624, abs=CELL)
     assert apart.sum() == round((speeds[-1] - speeds[0]) / CELL) + 1
+
+
+def test_maps_of_other_strings_are_not_marked_as_branches_are(tmp_path: Path, branches: dict[str, Any]) -> None:
+    record = json.loads(branches["down"].attrs["record"])
+    record["components"]["plant"]["parameters"]["c_b"] = 50.0
+    damped = branches["down"].assign_attrs(record=json.dumps(record))
+    up, down, other = (read_map(each) for each in (branches["up"], branches["down"], damped))
+    assert bistable([up, other]) is None
+    drawn: dict[str, str] = {}
+    for name, maps in {"branches": [up, down], "strings": [up, other]}.items():
+        draw_maps(tmp_path / f"{name}.svg", maps, folds=(np.array([5.4, 17.5]), np.array([2e4, 97347.0])))
+        drawn[name] = (tmp_path / f"{name}.svg").read_text()
+    marks, folds = "#0f9d9d", "stroke: #2f6f4f"
+    assert marks in drawn["branches"]
+    assert marks not in drawn["strings"]
+    assert (drawn["branches"].count(folds), drawn["strings"].count(folds)) == (3, 2)  # the legend has one as well
 
 
 @pytest.mark.parametrize("units", ["metric", *(pytest.param(each, marks=pytest.mark.slow) for each in ("si", "field"))])

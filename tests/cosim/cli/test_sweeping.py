@@ -96,6 +96,15 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, arguments: list[str], sentenc
     assert not (tmp_path / "s.zarr").exists()
 
 
+def test_too_little_memory_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("cosim.sweeps.sweep.sweep", full)
+    code, said = cosim(*USUAL, "--output", str(tmp_path / "s.zarr"))
+    assert (code, said) == (1, "error: there is not enough memory for what is asked for")
+
+
 def test_the_first_failure_is_told(tmp_path: Path) -> None:
     grid = ["--grid", "plant.I_B=311,0.001"]
     code, said = cosim(

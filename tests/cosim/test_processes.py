@@ -16,11 +16,22 @@ BEGIN = """
 import os, signal, threading, time
 from cosim.processes import end_pool, processors, without_main, worker_pool
 
+signal.signal(signal.SIGINT, signal.default_int_handler)
 pool = worker_pool(1)
 with without_main():
     print(pool.submit(os.getpid).result(), flush=True)
 """
-INTERRUPT = "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+INTERRUPTED = """
+wait = pool.shutdown
+
+def shutdown(**how):
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    wait(**how)
+
+pool.shutdown = shutdown
+pool.submit(time.sleep, 60)
+time.sleep(0.2)
+"""
 
 
 def run_script(folder: Path, text: str) -> subprocess.CompletedProcess[str]:
@@ -51,7 +62,7 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to a single process")
 def test_an_interrupt_while_workers_are_waited_for_ends_them(tmp_path: Path) -> None:
     begun = time.monotonic()
-    done = run_script(tmp_path, f"{BEGIN}pool.submit(time.sleep, 60)\ntime.sleep(0.2)\n{INTERRUPT}end_pool(pool)\n")
+    done = run_script(tmp_path, f"{BEGIN}{INTERRUPTED}end_pool(pool)\n")
     assert time.monotonic() - begun < 30.0
     assert done.stderr.splitlines()[-1] == "KeyboardInterrupt"
     assert is_gone(int(done.stdout))
@@ -59,14 +70,12 @@ def test_an_interrupt_while_workers_are_waited_for_ends_them(tmp_path: Path) -> 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to a single process")
 def test_a_second_interrupt_leaves_the_first_its_say(tmp_path: Path) -> None:
-    text = f"""{BEGIN}
+    text = f"""{BEGIN}{INTERRUPTED}
 try:
     try:
-        pool.submit(time.sleep, 60)
-        time.sleep(0.2)
         raise KeyboardInterrupt("the first")
     finally:
-        {INTERRUPT}        end_pool(pool)
+        end_pool(pool)
 except KeyboardInterrupt as error:
     print(error)
 """

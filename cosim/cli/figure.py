@@ -93,13 +93,23 @@ def _draw_sweeps(
     found: dict[str, Any] = {}
     for store in stores:
         series = open_series(store)
-        at = dict(_place(text, series) for text in places[0])
+        at: dict[str, Any] = {}
+        for text in places[0]:
+            name, value = _place(text, series)
+            if name in at:
+                raise InputError(f"--at {text}: {name} is given twice; expected each name once")
+            at[name] = value
         sampled = SAMPLE in series.dims and SAMPLE not in at
         if parts and not sampled:
             raise InputError(
                 f"{store} has no samples to take quantiles of; expected a sweep with --sample or --uncertain"
             )
-        found[str(store)] = quantile_bands(store, parts or QUANTILES, at) if sampled else open_series(store, at)
+        try:
+            found[str(store)] = (
+                quantile_bands(store, parts or QUANTILES, at) if sampled else open_series(store, at).load()
+            )
+        except (OSError, ValueError, RuntimeError) as error:  # the last of what unpacks numbers
+            raise InputError(f"{store} cannot be read: {why(error)}") from error
     try:
         draw_bands(target, found, signals, **looks)
     except OSError as error:

@@ -144,7 +144,8 @@ def _print_summary(found: Any, path: Path) -> None:
     console = new_console()
     failed = found["failed"].values == 1
     shape = " x ".join(str(size) for size in failed.shape)
-    console.print(Text(f"{failed.size} points ({shape}), {int(failed.sum())} failed"))
+    points = "1 point" if failed.size == 1 else f"{failed.size} points"
+    console.print(Text(f"{points} ({shape}), {int(failed.sum())} failed"))
     if failed.any():
         console.print(Text(f"the first that failed: {found['message'].values[failed][0]}"), soft_wrap=True)
     console.print(Text(f"wrote {path}"), soft_wrap=True)
@@ -168,14 +169,14 @@ def draw_map(
     from cosim.drilling import map_figure, severity_map
     from cosim.errors import OutputError
     from cosim.files import why
-    from cosim.sweeps.reading import open_sweep
+    from cosim.sweeps.reading import load_sweep
 
     with sentences():
-        maps = [severity_map.read_map(open_sweep(path), quantity or None) for path in stores]
+        maps = [severity_map.read_map(load_sweep(path), quantity or None) for path in stores]
         if minus is not None:
-            other = severity_map.read_map(open_sweep(minus), quantity or None)
+            other = severity_map.read_map(load_sweep(minus), quantity or None)
             maps = [each.less(other) for each in maps]
-        path = output or stores[0].with_suffix(".png")
+        path = output or _named_like(stores[0], ".png")
         with progress_bar() as bar:
             lines = severity_map.find_folds(maps[0], folds, bar.one_task("following cycles")) if folds else None
         try:
@@ -183,6 +184,12 @@ def draw_map(
         except OSError as error:
             raise OutputError(f"{path} cannot be written: {why(error)}") from error
         new_console().print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+def _named_like(store: Path, ending: str) -> Path:
+    """Return a file beside a store, which may be the folder that this process is in."""
+    place = store if store.name not in ("", "..") else store.resolve()
+    return place.with_name(f"{place.stem}{ending}")
 
 
 def sensitivity(
@@ -200,14 +207,14 @@ def sensitivity(
     from cosim.drilling.uncertainty import draw_indices, write_indices
     from cosim.errors import OutputError
     from cosim.files import why
-    from cosim.sweeps.reading import open_sweep
+    from cosim.sweeps.reading import load_sweep
 
     with sentences():
         if not 0.0 < confidence < 100.0:
             raise InputError(f"--confidence {confidence:g}: expected per cent, between 0 and 100")
         with progress_bar() as bar:
-            found, left = indices_of_all(open_sweep(store), confidence / 100.0, bar.one_task("estimating"))
-        path = output or store.with_name(f"{store.stem}-indices.png")
+            found, left = indices_of_all(load_sweep(store), confidence / 100.0, bar.one_task("estimating"))
+        path = output or _named_like(store, "-indices.png")
         try:
             draw_indices(path, {each.attrs["long_name"]: each for each in found.values()}, units)
             write_indices(path.with_suffix(".csv"), found)

@@ -24,6 +24,7 @@ from rich.text import Text
 
 from cosim.errors import (
     CosimError,
+    RunError,
     RunInterruptedError,
     SweepInterruptedError,
     TuningInterruptedError,
@@ -78,6 +79,9 @@ def sentences() -> Generator[None]:
     except CosimError as error:
         errors.print(Text.assemble(("error: ", "bold red"), one_line(str(error)) or type(error).__name__))
         raise typer.Exit(error.exit_code) from None
+    except MemoryError:
+        errors.print(Text.assemble(("error: ", "bold red"), "there is not enough memory for what is asked for"))
+        raise typer.Exit(RunError.exit_code) from None
     except RunInterruptedError as interrupted:
         how = f"go on with: cosim resume {interrupted.folder}" if interrupted.can_resume else "it cannot be resumed"
         errors.print(Text(one_line(f"{interrupted}; {how}")))

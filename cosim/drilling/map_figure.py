@@ -94,27 +94,32 @@ def _draw(panel: Any, each: Map, factor: float, units: str, ends: tuple[float, f
     values = each.values * factor
     colours = "RdBu_r" if difference else "viridis" if each.quantity == "period" else "magma_r"
     panel.set_facecolor("white")
+    edges = cell_edges(x), cell_edges(y)
     still = np.isinf(values)
     if still.any():
         grey = np.where(still, 1.0, np.nan)
-        panel.pcolormesh(x, y, grey, cmap="Greys", vmin=0.0, vmax=2.0, shading="nearest")
+        panel.pcolormesh(*edges, grey, cmap="Greys", vmin=0.0, vmax=2.0)
     finite = np.where(still, np.nan, values)
-    shading = panel.pcolormesh(x, y, finite, cmap=colours, vmin=ends[0], vmax=ends[1], shading="nearest")
+    shading = panel.pcolormesh(*edges, finite, cmap=colours, vmin=ends[0], vmax=ends[1])
     if each.failed.any():
         rows, columns = np.nonzero(each.failed)
         panel.plot(x[columns], y[rows], "x", color="#c00000", markersize=4, label="failed")
     if still.any():
         label = "bit stands still" if not difference else "bit stands still in one"
         panel.plot([], [], "s", color="#969696", label=label)
-    panel.set(xlabel=_label(each.x_name, each.x_unit, units), xlim=_ends(x), ylim=_ends(y))
+    panel.set(xlabel=_label(each.x_name, each.x_unit, units), xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
     return shading
 
 
-def _ends(values: FloatArray) -> tuple[float, float]:
-    """Return where the cells at the ends of an axis end."""
+def cell_edges(values: FloatArray) -> FloatArray:
+    """Return where the cells of an axis begin and end: halfway between values, and as far beyond those at its ends.
+
+    The cell of a single value is 1 wide: without edges Matplotlib would draw it without any width.
+    """
     if values.size < 2:
-        return float(values[0]) - 0.5, float(values[0]) + 0.5
-    return float(1.5 * values[0] - 0.5 * values[1]), float(1.5 * values[-1] - 0.5 * values[-2])
+        return values[0] + np.array([-0.5, 0.5])
+    between = 0.5 * (values[:-1] + values[1:])
+    return np.concatenate([[2.0 * values[0] - between[0]], between, [2.0 * values[-1] - between[-1]]])
 
 
 _LINES = {"threshold": ("-", "#0b5394"), "fold": ("--", "#2f6f4f")}

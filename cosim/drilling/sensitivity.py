@@ -210,6 +210,9 @@ def _drawn(dataset: Any) -> dict[str, Any]:
     if drawn.get("method") != _SALTELLI:
         method = drawn.get("method", "another method")
         raise InputError(f"the samples were drawn by {method}; indices are estimated of --sampling {_SALTELLI}")
+    wanted, found = int(drawn["count"]) * (len(drawn["from"]) + 2), int(dataset.sizes[_SAMPLE])
+    if found != wanted:
+        raise InputError(f"there are {found} of {wanted} samples; expected all, in their order")
     failed = dataset["failed"].values
     done = int(np.isfinite(failed).sum())
     if done < failed.size:

@@ -91,7 +91,7 @@ class Map:
         """
         for name, mine, its in ((self.x_name, self.x, other.x), (self.y_name, self.y, other.y)):
             if not np.array_equal(mine, its):
-                raise InputError(f"the maps are over other values of {name}; expected the same to take a difference of")
+                raise InputError(f"the maps are over other values of {name}; expected the same, which can be compared")
         with np.errstate(invalid="ignore"):
             values = self.values - other.values
         failed = self.failed | other.failed

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import logging
-import os
-import signal
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context, parent_process
-from threading import Thread
 
 from cosim.errors import RunError
 from cosim.league.entries import Condition, Law, League, Search
 from cosim.league.rig import Rig
 from cosim.league.score import Score, judge
-from cosim.processes import processors, without_main
+from cosim.processes import end_pool, processors, without_main, worker_pool
 from cosim.run.options import RunOptions
 from cosim.run.simulation import run
 
@@ -149,7 +145,7 @@ def players(workers: int) -> Generator[Played]:
     if workers <= 1:
         yield lambda games: ((game, _play(game)) for game in games)
         return
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_to_play)
+    pool = worker_pool(workers)
 
     def played(games: Sequence[Game]) -> Iterator[tuple[Game, Score | Limit]]:
         with without_main():  # games are plain data
@@ -163,21 +159,7 @@ def players(workers: int) -> Generator[Played]:
     try:
         yield played
     finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _begin_to_play() -> None:
-    """Leave it to the process that has the others to end them, and end with it if it is killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_end_with_the_first, daemon=True).start()
-
-
-def _end_with_the_first() -> None:
-    """Wait for the end of the process that has this one: what waits for work from it would wait for ever."""
-    first = parent_process()
-    if first is not None:
-        first.join()
-        os._exit(1)
+        end_pool(pool)
 
 
 def _play(game: Game) -> Score | Limit:

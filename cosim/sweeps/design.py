@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, cast
@@ -137,16 +137,34 @@ def read_values(name: str, said: Values) -> list[Value]:
         parts = said.split(":")
         values = _range(name, said, parts) if len(parts) > 1 else _list(said)
     else:
-        values = [plain_value(value) for value in said]
+        values = _given(name, said)
     if not values:
         raise InputError(f"{name}: there are no values; expected some, such as 2:20:65 or 8,10,12")
     for value in values:
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{name}: a value is {value}; expected finite numbers")
-    if len(set(values)) < len(values):
-        twice = next(value for number, value in enumerate(values) if value in values[:number])
-        raise InputError(f"{name}: {twice} is given twice; expected each value once")
+    refuse_twice(name, values)
     return values
+
+
+def _given(name: str, said: object) -> list[Value]:
+    """Read values that are no text, and need not be what they are expected to be."""
+    if not isinstance(said, Iterable) or isinstance(said, bytes):
+        raise InputError(f"{name} is {said!r}; expected several values, such as [8, 10, 12], or text such as 2:20:65")
+    values = [plain_value(value) for value in cast(Iterable[Any], said)]
+    for value in values:
+        if not isinstance(value, Hashable):
+            raise InputError(f"{name}: a value is {value}; expected a number or a text")
+    return values
+
+
+def refuse_twice(name: str, values: Sequence[Value]) -> None:
+    """Refuse values of an axis of which one comes twice."""
+    seen: set[Value] = set()
+    for value in values:
+        if value in seen:
+            raise InputError(f"{name}: {value} is given twice; expected each value once")
+        seen.add(value)
 
 
 def _list(text: str) -> list[Value]:
@@ -211,6 +229,8 @@ def sampled(bounds: Mapping[str, Spread], count: int, method: str, seed: int) ->
     if method not in METHODS:
         raise InputError(f"there is no way of sampling '{method}'{suggestion(method, METHODS)}")
     read = [said if isinstance(said, Distribution) else _bounds(name, said) for name, said in bounds.items()]
+    if seed < 0:
+        raise InputError(f"the seed is {seed}; expected a whole number >= 0")
     if not 1 <= count <= MOST_POINTS:
         raise InputError(f"{count} samples were asked for; expected 1 to {MOST_POINTS}")
     if method != METHODS[0] and count & (count - 1):
@@ -261,7 +281,7 @@ def _bounds(name: str, said: str | tuple[float, float]) -> tuple[float, float, s
     try:
         ends = [_end(text) for text in said.split(":")] if isinstance(said, str) else [(float(end), "") for end in said]
         (low, unit), (high, other) = ends
-    except ValueError:
+    except (TypeError, ValueError):
         raise InputError(f"{name}={said}: expected least:greatest, such as 2:20") from None
     if unit != other:
         raise InputError(f"{name}={said}: the ends are in different units; expected one")

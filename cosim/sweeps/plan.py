@@ -312,7 +312,7 @@ def make_sweep(
         names=tuple(varied),
         start_time=opened.scenario.start_time,
         duration=_duration(opened),
-        step_size=opened.options.step_size or opened.scenario.step_size,
+        step_size=_step_size(opened),
         points_per_run=design.length,
         method=opened.options.method(opened.scenario),
         measures=measures,
@@ -340,10 +340,20 @@ def _kept(plan: PointPlan, design: Design, wanted: Wanted) -> Kept:
 
 def _duration(opened: Opened) -> float:
     """Return how long a point is run, s."""
-    stop, start = opened.options.stop_time or opened.scenario.stop_time, opened.scenario.start_time
+    given, start = opened.options.stop_time, opened.scenario.start_time
+    stop = opened.scenario.stop_time if given is None else given
     if not (math.isfinite(stop) and stop > start):
         raise InputError(f"stop time is {stop:g} s; expected a time after the start, {format_time(start)} s")
     return stop - start
+
+
+def _step_size(opened: Opened) -> float:
+    """Return how long a step of the scenario is, s; long steps are checked as well, which do not take it."""
+    given = opened.options.step_size
+    step_size = opened.scenario.step_size if given is None else given
+    if not (math.isfinite(step_size) and step_size > 0.0):
+        raise InputError(f"step size is {step_size:g} s; expected a number > 0")
+    return step_size
 
 
 def _refuse_fixed(design: Design, variables: Mapping[str, Variable | None]) -> None:

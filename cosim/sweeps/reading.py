@@ -16,6 +16,8 @@ from cosim.sweeps.arrays import named
 
 MARK = ".zattrs"
 """The file that makes a folder a store."""
+RECORD = "record"
+"""Attribute of a store: all that decides the numbers, as JSON."""
 SERIES = "series"
 """Group of a store, and attribute of it, where signals are kept over time."""
 SAMPLING = "sampling"
@@ -53,8 +55,21 @@ def open_sweep(path: str | Path) -> Any:
         raise InputError(f"{path}: there is no store of a sweep")
     try:
         with quiet():
-            return named(xarray.open_zarr(Path(path), chunks=None, consolidated=True))
+            found = named(xarray.open_zarr(place_of(path), chunks=None, consolidated=True))
     except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path} cannot be read: {why(error)}") from error
+    if "failed" not in found or RECORD not in found.attrs:
+        raise InputError(f"{path}: there is no store of a sweep, but another one of Zarr")
+    return found
+
+
+def load_sweep(path: str | Path) -> Any:
+    """Read all that a sweep has kept but series; raises as `open_sweep` does, and where numbers cannot be read."""
+    found = open_sweep(path)
+    try:
+        with quiet():
+            return found.load()
+    except (OSError, ValueError, RuntimeError) as error:  # the last of what unpacks numbers
         raise InputError(f"{path} cannot be read: {why(error)}") from error
 
 
@@ -86,7 +101,7 @@ def open_series(path: str | Path, at: Mapping[str, Any] | None = None) -> Any:
         raise InputError(f"{path}: the sweep has kept nothing over time; expected one with --keep component.variable")
     try:
         with quiet():
-            found = named(xarray.open_zarr(Path(path), group=SERIES, chunks=None, consolidated=True))
+            found = named(xarray.open_zarr(place_of(path), group=SERIES, chunks=None, consolidated=True))
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} cannot be read: {why(error)}") from error
     for name, value in (at or {}).items():
@@ -153,6 +168,11 @@ def _at(found: Any, name: str, value: Any) -> Any:
         return found.isel({name: int(np.nanargmin(away))})
     except (KeyError, IndexError, TypeError, ValueError):
         raise InputError(f"the series have no {value!r} of {name}") from None
+
+
+def place_of(path: str | Path) -> Path:
+    """Return a path that xarray takes as it is: in one that begins with ``~`` it expands that, as nothing else does."""
+    return Path(path).absolute()
 
 
 def reader() -> Any:

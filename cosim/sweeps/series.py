@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from cosim.errors import InputError, SystemDefinitionError, format_time, suggestion
 from cosim.sweeps.arrays import Array, coordinate, described, stored_name
 from cosim.sweeps.design import SAMPLES, Axis, Design
-from cosim.sweeps.reading import SERIES, TIME, quiet, reader
+from cosim.sweeps.reading import SERIES, TIME, place_of, quiet, reader
 from cosim.system.description import Description
 from cosim.system.signals import FloatArray
 
@@ -306,7 +306,7 @@ class SeriesStore:
         series = {stored_name(name): ([*names, TIME], values) for name, values in buffer.items() if name != MESSAGE}
         whole = reader().Dataset({**series, MESSAGE: (names, buffer[MESSAGE])})
         with quiet():
-            whole.to_zarr(self._path, group=SERIES, region=where, mode="r+", consolidated=True)
+            whole.to_zarr(place_of(self._path), group=SERIES, region=where, mode="r+", consolidated=True)
 
     def drop(self, region: int) -> None:
         """Forget a region, which is written."""

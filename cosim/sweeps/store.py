@@ -26,11 +26,10 @@ from cosim.sweeps import series
 from cosim.sweeps.arrays import Array, begin_group, consolidate, coordinate, described, stored_name
 from cosim.sweeps.design import SAMPLES, Design
 from cosim.sweeps.plan import Sweep
-from cosim.sweeps.reading import SERIES, quiet, reader
+from cosim.sweeps.reading import RECORD, SERIES, place_of, quiet, reader
 from cosim.sweeps.workers.work import Done, Stretch
 
 JOURNAL = ".journal"
-RECORD = "record"
 FAILED, MESSAGE = "failed", "message"
 _NOT_YET = -1
 _NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL
@@ -117,8 +116,12 @@ class SweepStore:
 
     def _look(self) -> None:
         """Find in the store which regions are done."""
-        with quiet():
-            failed = reader().open_zarr(self._path, chunks=None, consolidated=True, mask_and_scale=False)[FAILED].values
+        place = place_of(self._path)
+        try:
+            with quiet():
+                failed = reader().open_zarr(place, chunks=None, consolidated=True, mask_and_scale=False)[FAILED].values
+        except (ValueError, KeyError, RuntimeError) as error:
+            raise OutputError(f"{self._path} is damaged: {why(error)}; expected a new name") from error
         first = self._design.across[0] if self._design.across else 0
         per_region = self._design.lines_per_row * self._rows
         whole = np.moveaxis(failed, first, 0) != _NOT_YET
@@ -242,7 +245,7 @@ class SweepStore:
             where[names[first]] = slice(begin, begin + buffer[FAILED].shape[first])
         whole = xarray.Dataset({stored_name(name): (names, values) for name, values in buffer.items()})
         with quiet():
-            whole.to_zarr(self._path, region=where, mode="r+", consolidated=True)
+            whole.to_zarr(place_of(self._path), region=where, mode="r+", consolidated=True)
 
 
 def _plain(done: Done) -> list[Any]:
@@ -328,6 +331,8 @@ def _create(path: Path, sweep: Sweep) -> None:
             shutil.rmtree(draft, ignore_errors=True)
             raise
     except OSError as error:
+        if path.is_dir():  # another program was sooner, and is at this sweep or has done it
+            return
         raise OutputError(f"{path} cannot be written: {why(error)}") from error
 
 

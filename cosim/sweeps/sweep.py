@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pickle
 import time
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,7 @@ from cosim.progress import Progress, shown
 from cosim.run.options import OptionKeywords, RunOptions, chosen
 from cosim.scenario.file import opened_scenario
 from cosim.scenario.scenario import Scenario
-from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, sampled
+from cosim.sweeps.design import METHODS, Axis, Spread, Values, product, read_values, refuse_twice, sampled
 from cosim.sweeps.measures import Beginning, MeasureSet, final_values
 from cosim.sweeps.reading import SAMPLE, SERIES, TIME, open_sweep
 from cosim.sweeps.series import POINTS, Wanted
@@ -29,7 +29,10 @@ if TYPE_CHECKING:
     from cosim.sweeps.workers.crew import Crew
     from cosim.sweeps.workers.work import Done
 
-_TAKEN = ("failed", "message", SERIES, SAMPLE, TIME)
+_OF_BANDS = ("quantile", "samples")
+_OF_INDICES = ("variable", "first", "total", "first_confidence", "total_confidence", "left_out")
+_TAKEN = frozenset(("failed", "message", SERIES, SAMPLE, TIME, *_OF_BANDS, *_OF_INDICES))
+"""Names that a store has for something else, or what is made of it."""
 _FLUSH = 10.0
 """Seconds after which what is done is written for readers, though its regions are not complete."""
 
@@ -171,12 +174,16 @@ def _made(
     grid, samples, count, sampling, seed = points
     opened = open_system(scenario, options)
     axes = [_axis(opened, name, said) for name, said in grid.items()]
+    for name in samples:
+        if opened.variable(name) is None:
+            raise InputError(f"{name} is a component, of which no samples are drawn; expected component.variable")
     if samples:
         axes.append(sampled(samples, count, sampling, seed))
         read = {name: opened.typed(name, list(values)) for name, values in axes[-1].values.items()}
         axes[-1] = replace(axes[-1], values=read)
     design = product(axes, branch[1], branch[0])
     found = measures or reporting.severity_of(opened.descriptions) or final_values(opened.descriptions)
+    _refuse_taken(grid, found)
     if beginning is None and design.down:
         beginning = reporting.rotation_of(opened.descriptions, opened.system)
     return make_sweep(opened, design, found, beginning, wanted)
@@ -184,12 +191,21 @@ def _made(
 
 def _axis(opened: Opened, name: str, said: Values) -> Axis:
     """Read the values of an axis by the type of what varies."""
-    if name in _TAKEN:
-        raise InputError(
-            f"{name} is to vary, and the store has that name for something else; expected another one for the component"
-        )
     opened.variable(name)
-    return Axis(name, {name: opened.typed(name, read_values(name, said))})
+    values = opened.typed(name, read_values(name, said))
+    refuse_twice(name, values)  # which 10 and 1e1 are of a number, and 10 rad/s
+    return Axis(name, {name: values})
+
+
+def _refuse_taken(names: Iterable[str], measures: MeasureSet) -> None:
+    """Refuse that a component varies whose name the store needs."""
+    taken = _TAKEN.union(each.name for each in measures.quantities)
+    for name in names:
+        if name in taken:
+            raise InputError(
+                f"{name} is to vary, and the store has that name for something else; expected another one for the "
+                "component"
+            )
 
 
 def _refuse_apart(options: RunOptions) -> None:
@@ -240,7 +256,8 @@ def _run(made: Sweep, plan: bytes, store: SweepStore, crew: Crew, path: Path, pr
         Dispatcher(made, plan, crew, store.left(), total - before).run(take, look)
         look()
     except KeyboardInterrupt:
-        store.flush()
+        with suppress(KeyboardInterrupt):  # once more: what is done is in the journal
+            store.flush()
         raise SweepInterruptedError(path, store.done, total) from None
     except BaseException:
         store.flush()

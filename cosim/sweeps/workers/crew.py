@@ -6,17 +6,16 @@ is gone, and whether there can be others in its place.
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib import import_module
-from multiprocessing import current_process, get_context
+from multiprocessing import current_process
 from typing import Any
 
 from cosim.errors import InputError, require
-from cosim.processes import processors, without_main
+from cosim.processes import end_pool, processors, without_main, worker_pool
 from cosim.provenance import versions
 from cosim.sweeps.workers.work import BatchReply
 
@@ -100,7 +99,7 @@ def process_pool(workers: int, most: int, *, of_main: bool = False) -> Generator
         for broken in current:
             broken.shutdown(wait=False, cancel_futures=True)
         with nullcontext() if of_main else without_main():
-            current[:] = [ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_leave_signals)]
+            current[:] = [worker_pool(number)]
             ready[:] = [current[0].submit(_get_ready) for _ in range(number)]
         return current[0]
 
@@ -112,7 +111,7 @@ def process_pool(workers: int, most: int, *, of_main: bool = False) -> Generator
         yield Crew(begin(), number, renew=begin, came_up=came_up, where="a worker process", advice=advice)
     finally:
         for pool in current:
-            pool.shutdown(cancel_futures=True)
+            end_pool(pool)
 
 
 def refuse_in_import() -> None:
@@ -124,11 +123,6 @@ def refuse_in_import() -> None:
 def _get_ready() -> None:
     """Import in a worker what it works with, before there is work."""
     import_module("cosim.sweeps.workers.work")
-
-
-def _leave_signals() -> None:
-    """Let the parent decide what becomes of Ctrl-C, which a terminal sends to its workers too."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager

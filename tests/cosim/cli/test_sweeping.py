@@ -36,6 +36,13 @@ def test_a_sweep_is_run_and_its_map_is_drawn(tmp_path: Path) -> None:
     assert cosim("map", store, "--minus", store, "--units", "field", "--folds", "0", "--output", again)[0] == 0
 
 
+def test_a_map_of_the_folder_one_is_in_lies_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code, _ = cosim(*USUAL, "--stop-time", "20", "--output", str(tmp_path / "map.zarr"))
+    assert code == 0
+    monkeypatch.chdir(tmp_path / "map.zarr")
+    assert cosim("map", ".", "--folds", "0") == (0, f"wrote {tmp_path / 'map.png'}")
+
+
 def test_samples_are_one_dimension(tmp_path: Path) -> None:
     store = str(tmp_path / "s.zarr")
     drawn = ["--sample", "plant.Omega=4:16", "--sample", "plant.c_b=0.01:0.1", "--count", "4", "--sampling", "sobol"]
@@ -51,7 +58,7 @@ def test_parameters_are_taken_from_a_file(tmp_path: Path) -> None:
     file.write_text('fmu = "WeightOnBitLaw"\n[parameters]\nK_w = 7.5\nWOB_max = 1.9e5\n')
     usual = ["--parameters", str(file), "--set", "law.WOB_max=1.8e5", "--stop-time", "20", "--workers", "1"]
     code, said = cosim("sweep", "wob-law", "--grid", "plant.Omega=9", *usual, "--output", str(store))
-    assert (code, said) == (0, f"1 points (1), 0 failed wrote {store}")
+    assert (code, said) == (0, f"1 point (1), 0 failed wrote {store}")
     law = json.loads(open_sweep(store).attrs["record"])["components"]["law"]["parameters"]
     assert (law["K_w"], law["WOB_max"]) == (7.5, 1.8e5)
 
@@ -87,6 +94,15 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, arguments: list[str], sentenc
     code, said = cosim("sweep", "stick-slip", *arguments, "--output", str(tmp_path / "s.zarr"))
     assert (code, said) == (2, f"error: {sentence}")
     assert not (tmp_path / "s.zarr").exists()
+
+
+def test_too_little_memory_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("cosim.sweeps.sweep.sweep", full)
+    code, said = cosim(*USUAL, "--output", str(tmp_path / "s.zarr"))
+    assert (code, said) == (1, "error: there is not enough memory for what is asked for")
 
 
 def test_the_first_failure_is_told(tmp_path: Path) -> None:

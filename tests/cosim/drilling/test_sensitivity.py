@@ -285,6 +285,13 @@ def test_indices_that_make_no_sense_are_refused(store: Path, changes: dict[str, 
     assert str(refused.value) == sentence
 
 
+def test_a_part_of_the_samples_has_no_indices(store: Path) -> None:
+    whole = open_sweep(store)
+    count = whole.sizes["sample"]
+    with pytest.raises(InputError, match=rf"^there are 3 of {count} samples; expected all, in their order$"):
+        sobol_indices(whole.isel(sample=slice(0, 3)), "threshold")
+
+
 def test_a_store_without_such_samples_is_refused(tmp_path: Path) -> None:
     given: dict[str, Any] = {"workers": 1, "stop_time": 0.4, "measures": Last(window=0.2, sampling=0.2)}
     sweep("stick-slip", tmp_path / "g.zarr", grid={"plant.Omega": [8.0, 9.0]}, **given)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cosim import InputError, simulate, sweep
-from cosim.drilling.map_figure import draw_maps
+from cosim.drilling.map_figure import cell_edges, draw_maps
 from cosim.drilling.mathematics import DrillstringParameters, equilibria, stability_boundary
 from cosim.drilling.oscillation import measure
 from cosim.drilling.severity import QUANTITIES, SWING, Severity
@@ -186,6 +186,21 @@ def test_a_map_is_the_same_in_whatever_order_its_values_were_given(branches: dic
     mixed = read_map(branches["rest"].isel({"plant.Omega": slice(None, None, -1), "plant.WOB": [1, 0]}))
     for name in ("x", "y", "values", "failed", "unstable"):
         assert np.array_equal(getattr(mixed, name), getattr(whole, name)), name
+
+
+def test_cells_lie_around_their_values_and_one_alone_has_a_width() -> None:
+    assert cell_edges(np.array([1.0, 2.0, 4.0])).tolist() == [0.5, 1.5, 3.0, 5.0]
+    assert cell_edges(np.array([7.0])).tolist() == [6.5, 7.5]
+
+
+def test_a_map_of_one_speed_is_drawn(tmp_path: Path, branches: dict[str, Any]) -> None:
+    from matplotlib.image import imread
+
+    draw_maps(tmp_path / "map.png", [read_map(branches["down"].isel({"plant.Omega": [0]}), "bit_speed_max")])
+    pixels = imread(tmp_path / "map.png")[..., :3]
+    height, width = pixels.shape[:2]
+    cells = pixels[height // 3 : height // 2, width // 3 : width // 2]
+    assert (cells < 0.99).any(axis=-1).mean() > 0.9
 
 
 def test_what_is_no_map_is_refused(branches: dict[str, Any]) -> None:

@@ -101,11 +101,25 @@ def test_bands_and_points_are_drawn(folder: Path, tmp_path: Path) -> None:
     assert "of the samples" not in figure.read_text(encoding="utf-8")
 
 
+def test_series_that_are_damaged_are_told(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(shutil.copytree(folder, tmp_path / "copied"))
+    for file in Path().glob("*/series/plant.bit_speed/[0-9]*"):
+        file.write_bytes(b"a chunk that is none")
+    for name in ("maybe.zarr", "sure.zarr"):
+        code, said = cosim("plot", name, "--at", "plant.Omega=6")
+        assert code == 2
+        assert said.startswith(f"error: {name} cannot be read: ")
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
         (["maybe.zarr"], "maybe.zarr is over plant.Omega; expected a point, as --at plant.Omega=VALUE"),
         (["maybe.zarr", "--at", "plant.Omga=1"], "the series are not over 'plant.Omga'; did you mean 'plant.Omega'?"),
+        (
+            ["maybe.zarr", "--at", "plant.Omega=6", "--at", "plant.Omega=1"],
+            "--at plant.Omega=1: plant.Omega is given twice; expected each name once",
+        ),
         (["maybe.zarr", "--at", "plant.Omega"], "--at plant.Omega: expected the form component.variable=value"),
         (
             ["sure.zarr", "--at", "plant.Omega=6", "--quantile", "5"],

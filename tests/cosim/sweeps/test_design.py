@@ -30,6 +30,9 @@ def test_a_range_holds_both_its_ends() -> None:
         ("2:nan:5", "plant.Omega=2:nan:5: expected finite numbers"),
         (",", "plant.Omega: there are no values; expected some, such as 2:20:65 or 8,10,12"),
         ("8,10,8", "plant.Omega: 8 is given twice; expected each value once"),
+        (8.0, "plant.Omega is 8.0; expected several values, such as [8, 10, 12], or text such as 2:20:65"),
+        (b"8,9", "plant.Omega is b'8,9'; expected several values, such as [8, 10, 12], or text such as 2:20:65"),
+        ([[8, 9]], "plant.Omega: a value is [8, 9]; expected a number or a text"),
         ([], "plant.Omega: there are no values; expected some, such as 2:20:65 or 8,10,12"),
         ([float("nan")], "plant.Omega: a value is nan; expected finite numbers"),
     ],
@@ -93,6 +96,11 @@ def test_samples_that_make_no_sense_are_refused(bounds: str, count: int, method:
     with pytest.raises(InputError) as refused:
         sampled({"a": bounds}, count, method, 0)
     assert str(refused.value) == sentence
+
+
+def test_a_seed_is_no_less_than_nothing() -> None:
+    with pytest.raises(InputError, match=r"^the seed is -1; expected a whole number >= 0$"):
+        sampled({"a": "2:20"}, 8, "sobol", -1)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -158,6 +160,26 @@ def test_a_grid_over_what_does_not_exist_or_fit_is_refused(tmp_path: Path, grid:
     with pytest.raises(InputError) as refused:
         sweep("stick-slip", tmp_path / "s.zarr", grid=grid, workers=1)  # pyright: ignore[reportArgumentType]
     assert str(refused.value) == sentence
+    assert not (tmp_path / "s.zarr").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"stop_time": 0.0}, "stop time is 0 s; expected a time after the start, 0.00 s"),
+        ({"step_size": 0.0}, "step size is 0 s; expected a number > 0"),
+        ({"step_size": math.nan}, "step size is nan s; expected a number > 0"),
+        (
+            {"grid": {}, "samples": {"plant": "1:2"}},
+            "plant is a component, of which no samples are drawn; expected com",
+        ),
+    ],
+)
+def test_what_no_point_can_be_run_with_is_refused(tmp_path: Path, changes: dict[str, Any], sentence: str) -> None:
+    given: dict[str, Any] = {"grid": {"plant.Omega": [8.0]}, "workers": 1, **changes}
+    with pytest.raises(InputError) as refused:
+        sweep("stick-slip", tmp_path / "s.zarr", **given)
+    assert str(refused.value).startswith(sentence)
     assert not (tmp_path / "s.zarr").exists()
 
 

@@ -9,6 +9,7 @@ import re
 import shutil
 import zlib
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,9 @@ import pytest
 from cosim import InputError, open_series, open_sweep, sweep
 from cosim.errors import OutputError, SweepInterruptedError
 from cosim.sweeps import store
+from cosim.sweeps.arrays import begin_group, consolidate, coordinate
 from cosim.sweeps.measures import FinalValues, Output
+from cosim.sweeps.reading import load_sweep
 from cosim.sweeps.workers import dispatch
 from cosim.sweeps.workers.crew import Here
 from tests.cosim.sweeps.measuring import OUTPUTS, Last
@@ -243,6 +246,70 @@ def test_a_journal_that_makes_no_sense_is_refused(tmp_path: Path, whole: dict[st
     assert content(path) == whole["rest"]
 
 
+@pytest.mark.usefixtures("one_by_one")
+def test_an_interrupt_of_an_interrupt_loses_nothing(
+    tmp_path: Path, whole: dict[str, dict[str, bytes]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "s.zarr"
+
+    def interrupt(said: str = "", part: float = 1.0) -> None:
+        if part >= 0.5:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(store.SweepStore, "flush", lambda _: interrupt())
+        with pytest.raises(SweepInterruptedError, match=r"^interrupted after \d+ of 42 points"):
+            run(path, progress=interrupt)
+    run(path)
+    assert content(path) == whole["rest"]
+
+
+def test_a_path_is_taken_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    grid = {"plant.Omega": [4.0]}
+    found = sweep("stick-slip", "~/s.zarr", grid=grid, keep=["plant.bit_speed"], workers=1, stop_time=21.0)
+    assert found["failed"].values.tolist() == [0.0]
+    assert open_sweep(tmp_path / "~" / "s.zarr").equals(found)
+    assert open_series("~/s.zarr")["plant.bit_speed"].notnull().all()
+
+
+def test_a_value_that_is_written_in_two_ways_is_one(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"^plant\.Omega: 10\.0 is given twice; expected each value once$"):
+        sweep("stick-slip", tmp_path / "s.zarr", grid={"plant.Omega": "10,8,10 rad/s"}, workers=1)
+
+
+def test_a_store_that_another_program_begins_meanwhile_is_left_to_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, begin = tmp_path / "s.zarr", store.begin_group
+
+    def late(*arguments: Any) -> None:
+        monkeypatch.setattr(store, "begin_group", begin)
+        with ThreadPoolExecutor(1) as other:
+            other.submit(run, path).result()
+        begin(*arguments)
+
+    monkeypatch.setattr(store, "begin_group", late)
+    assert run(path).equals(open_sweep(path))
+
+
+def test_what_is_no_store_of_a_sweep_or_is_damaged_is_told(tmp_path: Path) -> None:
+    begin_group(tmp_path / "other.zarr", "", {"a": coordinate("a", [1.0, 2.0])})
+    consolidate(tmp_path / "other.zarr")
+    with pytest.raises(InputError, match=r"other\.zarr: there is no store of a sweep, but another one of Zarr$"):
+        open_sweep(tmp_path / "other.zarr")
+    path = tmp_path / "s.zarr"
+    run(path)
+    for file in (path / "energy").glob("[0-9]*"):
+        file.write_bytes(b"a chunk that is none")
+    with pytest.raises(InputError, match=r"s\.zarr cannot be read: "):
+        load_sweep(path)
+    (path / ".zmetadata").write_text("{")
+    with pytest.raises(OutputError, match=r"s\.zarr is damaged: .*; expected a new name$"):
+        run(path)
+
+
 def test_a_file_is_no_store(tmp_path: Path) -> None:
     (tmp_path / "s.zarr").touch()
     with pytest.raises(OutputError, match=r"is there already and is no store of a sweep; expected a new name$"):
@@ -281,7 +348,7 @@ def test_names_of_any_characters_come_back_as_they_are(tmp_path: Path) -> None:
     assert not [path for path in (tmp_path / "s.zarr").rglob("*") if set(path.name) & set('\\:*?"<>|')]
 
 
-@pytest.mark.parametrize("name", ["failed", "message", "sample", "series", "time"])
+@pytest.mark.parametrize("name", ["failed", "message", "sample", "series", "time", "ssi", "quantile", "left_out"])
 def test_a_component_whose_name_the_store_needs_is_refused(tmp_path: Path, name: str) -> None:
     (tmp_path / "s.toml").write_text(NESTED.replace("inner/the 100 % plant", name))
     with pytest.raises(InputError, match=rf"^{name} is to vary, and the store has that name for something else; expec"):

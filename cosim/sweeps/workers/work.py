@@ -14,7 +14,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from cosim.sweeps.plan import PointPlan
+from cosim.sweeps.point_plan import PointPlan
 from cosim.sweeps.workers.workbench import Workbench, packed, unpacked
 from cosim.system.signals import Value
 

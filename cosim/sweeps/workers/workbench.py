@@ -33,7 +33,7 @@ from cosim.recording.record import TEXT
 from cosim.run.assembly import modules_apart
 from cosim.run.function import FunctionSlave, functions_of
 from cosim.sweeps.measures import last_window
-from cosim.sweeps.plan import PointPlan
+from cosim.sweeps.point_plan import PointPlan
 from cosim.sweeps.reading import SERIES
 from cosim.sweeps.series import Rows
 from cosim.sweeps.workers.held_run import HeldRun

@@ -60,7 +60,10 @@ def draw_bands(path: Path, found: Mapping[str, Any], signals: Sequence[str], **h
 
 
 def _compose(found: Mapping[str, Any], shown: Sequence[str], view: View) -> Any:
-    """Lay out the panels: a row for each signal, a column for each store unless they lie over each other."""
+    """Lay out the panels: a row for each signal, a column for each store unless they lie over each other.
+
+    Above them stands the point that is shown, which is the nearest one that was kept to that which was asked for.
+    """
     columns = 1 if view.overlay else len(found)
     figure = blank_figure(max(7.2, 3.6 * columns), 0.9 + 2.3 * len(shown))
     panels = figure.subplots(len(shown), columns, sharex=True, sharey="row", squeeze=False)
@@ -70,15 +73,26 @@ def _compose(found: Mapping[str, Any], shown: Sequence[str], view: View) -> Any:
             prefix = f"{printable(label)[:LONGEST_NAME]}: " if view.overlay and len(found) > 1 else ""
             _draw(panels[row, 0 if view.overlay else number], each[name], view, colour, prefix)
         finish_row(panels[row], row, name, _unit(found, name), view)
-    for panel, label in zip(panels[0], found, strict=False):
-        if columns > 1:
-            panel.set_title(printable(label)[:LONGEST_NAME], fontsize=10)
+    for panel, (label, each) in zip(panels[0], found.items(), strict=False):
+        names = [printable(label)[:LONGEST_NAME]] if columns > 1 else []
+        panel.set_title("\n".join([*names, *_point(each, view)]), fontsize=10)
     for panel in panels[-1]:
         panel.set_xlabel("Time [s]")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", fontsize=8, frameon=False, ncols=min(3, len(labels)))
     return figure
+
+
+def _point(each: Any, view: View) -> Generator[str]:
+    """Go through the values of what varies at the point of some series."""
+    for name, held in each.coords.items():
+        if held.ndim:
+            continue
+        unit, factor = shown_in(str(held.attrs.get("units", "")), view.units)
+        value = f"{held.item() * factor:.5g} {unit}" if held.dtype.kind == "f" else str(held.item())
+        text = view.names.get(str(name).partition(".")[2], str(name))
+        yield printable(f"{text}: {value.strip()}")[:LONGEST_NAME]
 
 
 def _unit(found: Mapping[str, Any], name: str) -> str:

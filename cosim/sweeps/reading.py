@@ -151,6 +151,8 @@ def quantile_bands(
         bands = signals.quantile(wanted, dim=SAMPLE, skipna=True, keep_attrs=True)
     first = next(iter(signals.data_vars.values()))
     bands = bands.assign(samples=first.notnull().sum(dim=SAMPLE).drop_attrs())
+    kept = {name: held for name, held in signals.coords.items() if SAMPLE not in held.dims}
+    bands = bands.assign_coords(kept)  # of which xarray drops single values, and their units
     return bands.transpose("quantile", *(each for each in bands.dims if each not in ("quantile", TIME)), TIME)
 
 

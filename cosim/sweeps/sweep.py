@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import pickle
 import time
 from collections.abc import Generator, Iterable, Mapping, Sequence
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from cosim.sweeps.store import SweepStore
     from cosim.sweeps.workers.crew import Crew
     from cosim.sweeps.workers.work import Done
+
+log = logging.getLogger("cosim")
 
 _OF_BANDS = ("quantile", "samples")
 _OF_INDICES = ("variable", "first", "total", "first_confidence", "total_confidence", "left_out")
@@ -181,6 +184,8 @@ def _made(
         axes.append(sampled(samples, count, sampling, seed))
         read = {name: opened.typed(name, list(values)) for name, values in axes[-1].values.items()}
         axes[-1] = replace(axes[-1], values=read)
+    for name in (options.overrides or {}).keys() & {name for axis in axes for name in axis.values}:
+        log.warning("%s varies, so that the value it is set to has no effect", name)
     design = product(axes, branch[1], branch[0])
     found = measures or reporting.severity_of(opened.descriptions) or final_values(opened.descriptions)
     _refuse_taken(grid, found)

@@ -65,6 +65,7 @@ def test_samples_that_are_not_done_are_none(folder: Path, tmp_path: Path) -> Non
     assert (found["samples"].values[1] == 5).all()
     kept[0] = np.nan
     nothing = quantile_bands(store, at={"plant.Omega": 6.0})
+    assert nothing["plant.Omega"].attrs["units"] == "rad/s"
     assert np.isnan(nothing["plant.bit_speed"].values).all()
     assert not nothing["samples"].values.any()
 
@@ -91,7 +92,13 @@ def test_bands_and_points_are_drawn(folder: Path, tmp_path: Path) -> None:
     at = ["--at", "plant.Omega=110 rpm", "--output", str(figure)]
     assert cosim("plot", maybe, sure, *at, "--units", "metric", "--to", "5") == (0, f"wrote {figure}")
     drawn = figure.read_text(encoding="utf-8")
-    for text in ("Bit speed [rpm]", "5 to 95 % of the samples", "25 to 75 % of the samples", "median"):
+    for text in (
+        "Bit speed [rpm]",
+        "Drive speed: 114.59 rpm",
+        "5 to 95 % of the samples",
+        "25 to 75 % of the samples",
+        "median",
+    ):
         assert f"<!-- {text} -->" in drawn
     assert cosim("plot", maybe, *at, "--quantile", "10", "--quantile", "90", "--overlay")[0] == 0
     drawn = figure.read_text(encoding="utf-8")

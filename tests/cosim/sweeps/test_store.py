@@ -354,3 +354,11 @@ def test_a_component_whose_name_the_store_needs_is_refused(tmp_path: Path, name:
     with pytest.raises(InputError, match=rf"^{name} is to vary, and the store has that name for something else; expec"):
         sweep(tmp_path / "s.toml", tmp_path / "s.zarr", grid={name: ["DrillstringDistributed"]}, workers=1)
     assert not (tmp_path / "s.zarr").exists()
+
+
+def test_what_is_set_and_varies_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    found = run(
+        tmp_path / "s.zarr", grid={"plant.Omega": [4.0, 16.0]}, overrides={"plant.Omega": 9.0, "plant.L": 900.0}
+    )
+    assert found["plant.Omega"].values.tolist() == [4.0, 16.0]
+    assert caplog.messages == ["plant.Omega varies, so that the value it is set to has no effect"]

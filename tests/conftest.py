@@ -80,6 +80,7 @@ def browser() -> Generator[Browser]:
         started.close()
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
     """Have one worker more than there are processors: many tests wait for processes that they have started."""
     return processors() + 1

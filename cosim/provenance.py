@@ -18,12 +18,18 @@ def versions() -> dict[str, str]:
     import fmpy  # pyright: ignore[reportMissingTypeStubs]
 
     return {
-        "drillstring-cosim": metadata.version("drillstring-cosim"),
+        "drillstring-cosim": _installed(),
         "fmpy": fmpy.__version__,
         "numpy": np.__version__,
         "python": platform.python_version(),
         "platform": fmpy.platform_tuple,
     }
+
+
+@cache
+def _installed() -> str:
+    """Return the version of this package."""
+    return metadata.version(_PROJECT)
 
 
 PACKAGE = Path(__file__).resolve().parent

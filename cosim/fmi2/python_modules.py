@@ -10,8 +10,10 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
 
+from cosim.files import digest_of
 from cosim.fmi2.archive import open_archive
 
 _MARK = "resources/slavemodule.txt"
@@ -35,6 +37,15 @@ def brought_modules(path: Path) -> dict[str, Files]:
     FmuFileError
         If it is not an archive that can safely be opened.
     """
+    with path.open("rb") as file:
+        digest = digest_of(file)
+    return _brought(path, digest)
+
+
+@lru_cache(maxsize=256)
+def _brought(path: Path, digest: bytes) -> dict[str, Files]:
+    """Read the modules of a file with a content."""
+    del digest
     modules: dict[str, dict[str, str]] = {}
     with open_archive(path) as archive:
         if _MARK not in archive.names:

@@ -63,22 +63,34 @@ class Surroundings:
     def __init__(self, who: str) -> None:
         self._who = who
         self._said: set[str] = set()
+        self._undisturbed = False
+        self._known: dict[str, _Reading] | None = None
 
     @contextmanager
-    def kept(self, when: str) -> Generator[None]:
+    def undisturbed(self) -> Generator[None]:
+        """Have turns follow each other with nothing between that changes anything, so that it is read once a turn."""
+        self._undisturbed = True
+        try:
+            yield
+        finally:
+            self._undisturbed, self._known = False, None
+
+    @contextmanager
+    def kept(self, when: str | Callable[[], str]) -> Generator[None]:
         """Put back, after a turn, what is not as it was before; say so the first time, and when that was."""
-        before = _read()
+        before = self._known or _read()
         try:
             yield
         finally:
             now = _read()
+            self._known = before if self._undisturbed else None
             changed = [name for name, (what, _) in before.items() if now[name][0] != what]
             for name in changed:
                 with suppress(OSError, ValueError, locale.Error):
                     before[name][1]()
             self._say([name for name in changed if name not in self._said], when)
 
-    def _say(self, changed: list[str], when: str) -> None:
+    def _say(self, changed: list[str], when: str | Callable[[], str]) -> None:
         self._said.update(changed)
         if changed:
             log.warning(
@@ -86,7 +98,7 @@ class Surroundings:
                 "be off; in a process of its own (isolate) an FMU changes nothing here",
                 self._who,
                 " and ".join(changed),
-                when,
+                when if isinstance(when, str) else when(),
             )
 
 

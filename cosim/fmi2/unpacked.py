@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import atexit
 import ctypes
-import hashlib
 import os
 import shutil
 import tempfile
@@ -19,7 +18,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from cosim.files import open_file
+from cosim.files import digest_of, open_file
 
 MOST_FOLDERS = 16
 """Kept at a time, those that were used last."""
@@ -123,7 +122,7 @@ def _digest(archive: Path) -> bytes:
     """Return what tells the content of a file from all others; nothing if it cannot be read, as unpacking will say."""
     try:
         with open(open_file(archive, os.O_RDONLY, follow=True), "rb") as file:
-            return hashlib.file_digest(file, "sha256").digest()
+            return digest_of(file)
     except OSError:
         return b""
 
@@ -131,11 +130,14 @@ def _digest(archive: Path) -> bytes:
 def _proof_of(folder: Path) -> Proof:
     """Return what changes if anybody changes a file below a folder, adds one or removes one."""
     found: list[tuple[str, int, int, int]] = []
-    for place, folders, files in os.walk(folder):
-        for name in (*folders, *files):
-            path = os.path.join(place, name)
-            status = os.lstat(path)
-            found.append((path, status.st_ino, status.st_size, status.st_ctime_ns))
+    waiting = [str(folder)]
+    while waiting:
+        with os.scandir(waiting.pop()) as entries:
+            for entry in entries:
+                status = entry.stat(follow_symlinks=False)
+                found.append((entry.path, status.st_ino, status.st_size, status.st_ctime_ns))
+                if entry.is_dir(follow_symlinks=False):
+                    waiting.append(entry.path)
     return tuple(sorted(found))
 
 

@@ -67,6 +67,9 @@ class Grid:
     def points(self, first: int = 0, last: int | None = None) -> Points:
         """Return the points numbered `first` to `last`, by default all; steps between regular ones are step_size."""
         numbers = np.arange(first, (self.steps if last is None else last) + 1)
+        if not self.extra.size and not self.meant.size:
+            times = np.asarray(self.start_time + numbers * self.step_size, dtype=np.float64)
+            return Points(times, self._ended(times, np.full(times.size - 1, self.step_size), numbers), times)
         before = np.searchsorted(self.extra, numbers)
         times = np.asarray(self.start_time + (numbers - before) * self.step_size, dtype=np.float64)
         extra = self._within(self.extra, first, numbers.size)
@@ -77,9 +80,13 @@ class Grid:
         signal_times = times.copy()
         signal_times[self.meant[meant] - first] = self.meant_times[meant]
         sizes = np.where(regular[1:] & regular[:-1], self.step_size, np.diff(times))
+        return Points(times, self._ended(times, sizes, numbers), signal_times)
+
+    def _ended(self, times: FloatArray, sizes: FloatArray, numbers: IntArray) -> FloatArray:
+        """Return sizes of steps of which the last one of the run does not go beyond its end."""
         if sizes.size and numbers[-1] == self.steps:
             sizes[-1] = within(float(times[-2]), float(sizes[-1]), float(times[-1]))
-        return Points(times, sizes, signal_times)
+        return sizes
 
     @property
     def end(self) -> float:

@@ -77,6 +77,7 @@ class ForwardRun:
         nodes = self._nodes
         take = readable_steps(nodes) if self._library is None else StepLoop(self._library, nodes)
         drives = [drive for node in nodes for drive in node.drives if not drive.constant]
+        views: dict[int, dict[str, Block]] = {}  # by how many rows there are: of all windows but the last as many
         while self._row < self._grid.steps and self._end is None:
             for block in self.blocks.values():
                 block.roll(self._recorded)
@@ -93,8 +94,10 @@ class ForwardRun:
             first, self._row, self._recorded = self._row, last, points.sizes.size
             if first and not self._recorded:
                 return
-            recorded = {name: block.rows(points.times.size) for name, block in self.blocks.items()}
-            yield Window(first, points.times, recorded, {})
+            count = points.times.size
+            if count not in views:
+                views[count] = {name: block.rows(count) for name, block in self.blocks.items()}
+            yield Window(first, points.times, views[count], {})
 
     @property
     def done(self) -> float:

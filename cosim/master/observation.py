@@ -19,7 +19,7 @@ points.
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,12 +49,17 @@ class _Source:
     kind: BaseType
     index: int
 
+    @property
+    def is_flag(self) -> bool:
+        """Tell whether values are made of those in the block, and are not these themselves."""
+        return self.kind == "Boolean"
+
     def values(self, blocks: Mapping[str, Block]) -> NDArray[Any]:
         """Return its values."""
         block = blocks[self.component]
         section = (block.inputs if self.is_input else block.outputs)[self.kind]
         values = section.values[:, self.index]
-        return values != 0 if self.kind == "Boolean" else values
+        return values != 0 if self.is_flag else values
 
 
 class Observation:
@@ -98,6 +103,9 @@ class Observation:
         self._sources = [source for part in system.components for source in _sources(part.name, blocks[part.name])]
         self._not_finite = False
         float64 = np.dtype(np.float64)
+        self._flags = [each for each in self._sources if each.is_flag]
+        self._seen: tuple[Mapping[str, Block], int] | None = None
+        self._views: dict[str, NDArray[Any]] = {}
         self.columns = (
             *(source.column for source in self._sources),
             *(Column(f"{COUPLING}.{name}", "1", dtype) for name, dtype in notes.items()),
@@ -106,18 +114,23 @@ class Observation:
 
     def rows(self, window: Window) -> Rows:
         """Take account of a window, and return what is new in it."""
-        columns = {source.column.name: source.values(window.blocks) for source in self._sources}
-        columns |= {f"{COUPLING}.{name}": values for name, values in window.notes.items()}
-        columns |= {_residual(name): account.take(window) for name, account in self._accounts.items()}
         new = slice(1 if window.first else 0, None)
-        rows = Rows(
-            window.first + (1 if window.first else 0),
-            window.times[new],
-            {name: values[new] for name, values in columns.items()},
-        )
+        seen = window.blocks, new.start
+        if self._seen is None or self._seen[0] is not seen[0] or self._seen[1] != seen[1]:
+            # as a rule, all windows but the first and the last have the same memory
+            self._seen = seen
+            self._views = {each.column.name: each.values(window.blocks)[new] for each in self._sources}
+        columns = dict(self._views)
+        for each in self._flags:
+            columns[each.column.name] = each.values(window.blocks)[new]
+        columns |= {f"{COUPLING}.{name}": values[new] for name, values in window.notes.items()}
+        residuals = {_residual(name): account.take(window)[new] for name, account in self._accounts.items()}
+        columns |= residuals
+        rows = Rows(window.first + new.start, window.times[new], columns)
         self._guards.take(rows)
         self._late.take(window)
-        self._warn_of_non_finite(rows)
+        if not self._not_finite and not _are_finite(window, residuals.values()):
+            self._warn_of_non_finite(rows)
         return rows
 
     def record(self) -> dict[str, Any]:
@@ -141,8 +154,6 @@ class Observation:
 
     def _warn_of_non_finite(self, rows: Rows) -> None:
         """Name the first output that ceases to be a finite number, if one does, once."""
-        if self._not_finite:
-            return
         bad: list[tuple[float, str, Any]] = []
         for name, values in rows.columns.items():
             if values.dtype == np.float64 and not np.isfinite(values).all():
@@ -152,6 +163,12 @@ class Observation:
             when, name, value = min(bad)
             log.warning("%s is %s from t = %s s on", name, value, format_time(when))
             self._not_finite = True
+
+
+def _are_finite(window: Window, residuals: Iterable[NDArray[Any]]) -> bool:
+    """Tell whether all numbers of a window are finite, at less cost than by column."""
+    numbers = [part["Real"].values for block in window.blocks.values() for part in (block.inputs, block.outputs)]
+    return all(np.isfinite(values).all() for values in (*numbers, *window.notes.values(), *residuals))
 
 
 def _sources(component: str, block: Block) -> list[_Source]:

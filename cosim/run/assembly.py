@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import time
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from cosim.errors import Refusals, ScenarioError, SystemDefinitionError, format_time, suggestion
+from cosim.files import digest_of
 from cosim.fmi2.isolation import Limits
 from cosim.fmi2.locate import locate_fmu
 from cosim.master.co_simulation import Master
@@ -48,6 +48,8 @@ class Assembly:
         How long it took, s.
     slaves : mapping of str to Slave
         The components.
+    undisturbed : callable
+        Returns a context for a run in which nothing but FMUs can change this process.
     """
 
     master: Master
@@ -55,6 +57,7 @@ class Assembly:
     provenance: Mapping[str, Any]
     loading: float
     slaves: Mapping[str, Slave]
+    undisturbed: Callable[[], AbstractContextManager[None]] = nullcontext
 
     def report(self, account: Mapping[str, Any]) -> RunReport:
         """Return how a run was made, by what the master tells of it."""
@@ -103,6 +106,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
                 slaves[name] = stack.enter_context(_opened(name, path, descriptions[name], limits))
         slaves = {name: slaves[name] for name in descriptions}
         loading = time.perf_counter() - began
+        turn, undisturbed = _turns([name for name in paths if name not in isolated])
         master = Master(
             system,
             slaves,
@@ -110,7 +114,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             step_size=scenario.step_size if options.step_size is None else options.step_size,
             start_time=scenario.start_time,
             method=method,
-            turn=_turn([name for name in paths if name not in isolated]),
+            turn=turn,
         )
         signals = [name for name in scenario.signals if Port.parse(name).component not in (options.components or {})]
         _refuse_unrecorded(scenario, signals, [column.name for column in master.columns])
@@ -123,7 +127,7 @@ def assembled(scenario: Scenario, options: RunOptions) -> Generator[Assembly]:
             "inputs": {name: signal.record() for name, signal in system.inputs.items()},
             "versions": versions(),
         }
-        yield Assembly(master, descriptions, provenance, loading, slaves)
+        yield Assembly(master, descriptions, provenance, loading, slaves, undisturbed)
 
 
 def described(scenario: Scenario, options: RunOptions) -> tuple[System, dict[str, Description], dict[str, Path]]:
@@ -202,14 +206,20 @@ def _opened(name: str, path: Path, description: Description, limits: Limits | No
     return open_fmu(name, path, description)
 
 
-def _turn(names: Sequence[str]) -> Callable[[float], AbstractContextManager[None]]:
-    """Return the context of a turn of the FMUs in this process, which leaves that as it was."""
+def _turns(
+    names: Sequence[str],
+) -> tuple[Callable[[float], AbstractContextManager[None]], Callable[[], AbstractContextManager[None]]]:
+    """Return the context of a turn of the FMUs in this process, which leaves that as it was; and `undisturbed`."""
     if not names:
-        return lambda _: nullcontext()
+        return lambda _: nullcontext(), nullcontext
     from cosim.fmi2.surroundings import Surroundings
 
     surroundings = Surroundings(names[0] if len(names) == 1 else f"one of {', '.join(names)}")
-    return lambda now: surroundings.kept(f"at t = {format_time(now)} s or in the steps after it")
+
+    def turn(now: float) -> AbstractContextManager[None]:
+        return surroundings.kept(lambda: f"at t = {format_time(now)} s or in the steps after it")
+
+    return turn, surroundings.undisturbed
 
 
 def _isolated(system: System, isolate: bool | Collection[str]) -> frozenset[str]:
@@ -323,8 +333,8 @@ def record_components(
 def _origin(path: Path, description: Description) -> dict[str, Any]:
     """Say which file, of any size, an FMU is."""
     with path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return {"model": description.model_name, "file": str(path), "sha256": digest}
+        digest = digest_of(file)
+    return {"model": description.model_name, "file": str(path), "sha256": digest.hex()}
 
 
 def _start(variable: Variable) -> Value | None:

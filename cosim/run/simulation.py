@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
@@ -84,5 +85,6 @@ def simulate(
 def run(scenario: Scenario, options: RunOptions, progress: Progress | None = None) -> Result:
     """Run one variant of a scenario; as `simulate`, with all options in one."""
     with assembled(scenario, options) as assembly:
-        result = collect_rows(assembly.master, progress)
+        with assembly.undisturbed() if progress is None else nullcontext():
+            result = collect_rows(assembly.master, progress)
         return replace(result, record=assembly.report(result.record).record())

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
 
-from cosim.files import digest_of
 from cosim.fmi2.archive import open_archive
+from cosim.fmi2.unpacked import archive_digest
 
 _MARK = "resources/slavemodule.txt"
 
@@ -37,9 +37,7 @@ def brought_modules(path: Path) -> dict[str, Files]:
     FmuFileError
         If it is not an archive that can safely be opened.
     """
-    with path.open("rb") as file:
-        digest = digest_of(file)
-    return _brought(path, digest)
+    return _brought(path, archive_digest(path))
 
 
 @lru_cache(maxsize=256)

@@ -70,7 +70,7 @@ class UnpackedFmus:
         folder, library : Path
             The library is to be loaded from there, and unloaded before the block ends.
         """
-        content = _digest(archive)
+        content = archive_digest(archive)
         found = self._taken(content)
         folder = Path(tempfile.mkdtemp(prefix="cosim-")) if found is None else found.folder
         try:
@@ -118,7 +118,7 @@ class UnpackedFmus:
             shutil.rmtree(each.folder, ignore_errors=True)
 
 
-def _digest(archive: Path) -> bytes:
+def archive_digest(archive: Path) -> bytes:
     """Return what tells the content of a file from all others; nothing if it cannot be read, as unpacking will say."""
     try:
         with open(open_file(archive, os.O_RDONLY, follow=True), "rb") as file:
@@ -130,14 +130,11 @@ def _digest(archive: Path) -> bytes:
 def _proof_of(folder: Path) -> Proof:
     """Return what changes if anybody changes a file below a folder, adds one or removes one."""
     found: list[tuple[str, int, int, int]] = []
-    waiting = [str(folder)]
-    while waiting:
-        with os.scandir(waiting.pop()) as entries:
-            for entry in entries:
-                status = entry.stat(follow_symlinks=False)
-                found.append((entry.path, status.st_ino, status.st_size, status.st_ctime_ns))
-                if entry.is_dir(follow_symlinks=False):
-                    waiting.append(entry.path)
+    for place, folders, files in os.walk(folder):
+        for name in (*folders, *files):
+            path = os.path.join(place, name)
+            status = os.lstat(path)
+            found.append((path, status.st_ino, status.st_size, status.st_ctime_ns))
     return tuple(sorted(found))
 
 

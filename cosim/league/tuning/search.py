@@ -6,7 +6,6 @@ whatever the number of processes, and a tuning that is begun again with what had
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from cosim.errors import InputError, RunError, ScenarioError, TuningInterruptedError, require, suggestion
+from cosim.files import digest_of
 from cosim.fmi2.locate import locate_fmu, promised_fmus
 from cosim.fmi2.model_description import read_description
 from cosim.league.entries import USUAL, Condition, Law, League, load_league
@@ -447,4 +447,4 @@ _OF_THE_STRING = ("G", "J", "I", "L", "I_B", "c_a", "beta")
 def _digest(path: Path) -> str:
     """Return the SHA-256 of a file."""
     with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        return digest_of(file).hex()
